@@ -15,6 +15,7 @@
 #include "core/matrix_classes/class_profile.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/parallel/stop_scope.h"
+#include "core/problem/mass_matrix.h"
 #include "core/problem/validate.h"
 
 namespace dlcs {
@@ -46,6 +47,29 @@ AnalysisSection NotComputed(const char* id, const char* title, const Problem& pr
   return section;
 }
 
+// The sections that look at A as the matrix of x' = A x + ....
+void AddSectionsOfA(const Problem& problem, const Options& options, const std::stop_token& stop,
+                    const MatrixClass& matrix_class, Selection selection, std::vector<AnalysisSection>& sections) {
+  if (problem.has_mass()) {
+    if (!IsTooLarge(problem)) {
+      return AddSectionsOfA(WithoutMass(problem), options, stop, matrix_class, selection, sections);
+    }
+    sections.push_back(NotComputed("laplace-inversion", "Iteration by Laplace inversion", problem));
+    sections.push_back(NotComputed("time-stepping", "Time stepping and Newton's method", problem));
+  } else {
+    sections.push_back(LaplaceSection(problem, options, matrix_class, selection));
+    sections.push_back(TimeSteppingSection(problem, options, matrix_class, selection));
+  }
+  if (matrix_class.zero_row) {
+    sections.push_back(IsTooLarge(problem) ? NotComputed("relative-degree", "Relative degree", problem)
+                                           : RelativeDegreeSection(problem, selection));
+  }
+  if (problem.M.IsZero()) {
+    sections.push_back(IsTooLarge(problem) ? NotComputed("index-one", "Index one: M = 0", problem)
+                                           : IndexOneSection(problem, stop));
+  }
+}
+
 // All parts, one after the other: what is there when it is stopped is complete.
 absl::Status Fill(const Problem& problem, const Options& options, const std::stop_token& stop, Analysis& analysis) {
   analysis.num_states = problem.num_states();
@@ -58,16 +82,7 @@ absl::Status Fill(const Problem& problem, const Options& options, const std::sto
   analysis.rule = DescribeRule(*selection);
   analysis.sections.push_back(ClassSection(problem.M));
   analysis.sections.push_back(SolutionSection(problem, matrix_class, *selection, stop));
-  analysis.sections.push_back(LaplaceSection(problem, options, matrix_class, *selection));
-  analysis.sections.push_back(TimeSteppingSection(problem, options, matrix_class, *selection));
-  if (matrix_class.zero_row) {
-    analysis.sections.push_back(IsTooLarge(problem) ? NotComputed("relative-degree", "Relative degree", problem)
-                                                    : RelativeDegreeSection(problem, *selection));
-  }
-  if (problem.M.IsZero()) {
-    analysis.sections.push_back(IsTooLarge(problem) ? NotComputed("index-one", "Index one: M = 0", problem)
-                                                    : IndexOneSection(problem, stop));
-  }
+  AddSectionsOfA(problem, options, stop, matrix_class, *selection, analysis.sections);
   auto recommendation = Recommend(problem, options, stop);
   if (!recommendation.ok()) return recommendation.status();
   analysis.recommendation = *std::move(recommendation);
@@ -86,8 +101,8 @@ absl::StatusOr<Analysis> AnalyzeValidated(const Problem& problem, const Options&
   Analysis analysis;
   const StopScope scope(stop);
   try {
-    const std::optional<Problem> sparse = WithSparseMatrices(problem, options);
-    if (absl::Status status = Fill(sparse ? *sparse : problem, options, stop, analysis); !status.ok()) return status;
+    const std::optional<Problem> form = FormToSolve(problem, options);
+    if (absl::Status status = Fill(form ? *form : problem, options, stop, analysis); !status.ok()) return status;
   } catch (const Stopped&) {
   }
   for (const AnalysisSection& section : analysis.sections) {

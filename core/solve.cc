@@ -66,8 +66,8 @@ absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& o
                                     std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
   const StopScope scope(stop);
   try {
-    const std::optional<Problem> sparse = WithSparseMatrices(problem, options);
-    return SolveUnlessStopped(sparse ? *sparse : problem, options, observer, stop, setups, resume);
+    const std::optional<Problem> form = FormToSolve(problem, options);
+    return SolveUnlessStopped(form ? *form : problem, options, observer, stop, setups, resume);
   } catch (const Stopped&) {
     return StoppedBeforeTheStart(problem.num_states(), problem.num_constraints());
   }

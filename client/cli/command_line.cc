@@ -19,6 +19,7 @@
 #include "client/cli/help_text.h"
 #include "client/cli/job_command_line.h"
 #include "client/cli/man_page.h"
+#include "client/cli/model_command_line.h"
 #include "client/cli/options/option_kinds.h"
 #include "client/cli/options/solve_option_table.h"
 #include "client/cli/server_options.h"
@@ -105,101 +106,6 @@ void AddDcp(CLI::App& main, DcpCommand& command) {
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
   app.footer(fmt::format("{}\n\n{}", kDcpExamples, kExitCodes));
-}
-
-void AddModel(CLI::App& main, ModelCommand& command) {
-  using Kind = GridModel::Kind;
-  static const std::vector<std::pair<std::string, Kind>> kGrids = {{"signorini", Kind::kSignorini},
-                                                                   {"obstacle", Kind::kObstacle},
-                                                                   {"american-option", Kind::kAmericanOption},
-                                                                   {"drainage", Kind::kDrainage}};
-  CLI::App& app = *main.add_subcommand("model", "Make a problem file from a model");
-  std::vector<std::string> words = {"input-output"};
-  for (const auto& [word, kind] : kGrids) words.push_back(word);
-  AddWord<std::string>(
-      app, "KIND", words,
-      [words](const std::string& word) {
-        return std::find(words.begin(), words.end(), word) != words.end() ? std::optional(word) : std::nullopt;
-      },
-      [&command](const std::string& word) {
-        for (const auto& [name, kind] : kGrids) {
-          if (name != word) continue;
-          command.is_on_grid = true;
-          command.grid.kind = kind;
-        }
-      },
-      "The kind of model")
-      ->required();
-  CLI::Option* file = app.add_option("FILE", command.path, "JSON file of an input-output model; - reads standard input")
-                          ->type_name("FILE");
-
-  GridModel* const given = &command.grid;
-  struct OfKinds {
-    CLI::Option* option;
-    std::vector<Kind> kinds;
-  };
-  std::vector<OfKinds> options;
-  const auto names_of = [](const std::vector<Kind>& kinds) {
-    std::vector<std::string> names;
-    for (const auto& [name, kind] : kGrids) {
-      if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) names.push_back(name);
-    }
-    return kinds.size() == kGrids.size() ? std::string("all but input-output")
-                                         : fmt::format("{}", fmt::join(names, ", "));
-  };
-  const auto add_number = [&](const char* name, const char* metavariable, const NumberRule& rule,
-                              const std::vector<Kind>& kinds, const std::string& help,
-                              const std::function<void(double)>& set) {
-    options.push_back(
-        {AddNumber(app, name, metavariable, rule, set, fmt::format("{}: {}", names_of(kinds), help)), kinds});
-  };
-  const auto whole = [](double value) { return static_cast<std::int64_t>(std::min(value, 1e9)); };
-  const std::vector<Kind> all = {Kind::kSignorini, Kind::kObstacle, Kind::kAmericanOption, Kind::kDrainage};
-  add_number("--cells", "N", Whole("a whole number of at least 2", 2), all, "cells of the grid in each direction",
-             [=](double v) { given->cells = whole(v); });
-  add_number("--dimensions", "D", Whole("1, 2 or 3", 1, 3), all,
-             "of space, or assets: 1 or 2 (1); of signorini 2 or 3 (2)",
-             [=](double v) { given->dimensions = whole(v); });
-  add_number("--horizon", "T", Positive(), all, "the end time T, or the maturity (1; 4 of signorini and drainage)",
-             [=](double v) { given->horizon = v; });
-  add_number("--coefficient", "C", Positive(), {Kind::kSignorini, Kind::kObstacle, Kind::kDrainage},
-             "c of u_t = c Δu (2e-4; 1; 0.05)", [=](double v) { given->coefficient = v; });
-  add_number("--rate", "R", Within("a number of at least 0", 0, 1e3), {Kind::kAmericanOption}, "of interest (0.05)",
-             [=](double v) { given->rate = v; });
-  add_number("--volatility", "S", Positive(), {Kind::kAmericanOption}, "of each asset (0.2)",
-             [=](double v) { given->volatility = v; });
-  add_number("--correlation", "R", Within("a number from -1 to 1", -1, 1), {Kind::kAmericanOption}, "of two assets (0)",
-             [=](double v) { given->correlation = v; });
-  add_number("--drains", "N", Whole("a whole number of at least 1", 1), {Kind::kDrainage},
-             "drains in each direction (4)", [=](double v) { given->drains = whole(v); });
-  add_number("--conductance", "K", Positive(), {Kind::kDrainage}, "of a drain (1)",
-             [=](double v) { given->conductance = v; });
-  const auto add_formula = [&](const char* name, Kind kind, const char* help,
-                               std::optional<std::string> GridModel::*to) {
-    options.push_back({app.add_option_function<std::string>(
-                              name, [=](const std::string& text) { (*given).*to = text; },
-                              fmt::format("{}: {}", names_of({kind}), help))
-                           ->type_name("FORMULA"),
-                       {kind}});
-  };
-  add_formula("--load", Kind::kObstacle, "what pulls at the membrane, a formula in t (0)", &GridModel::load);
-  add_formula("--recharge", Kind::kDrainage, "rain, a formula in t (max(0, sin(2*pi*t)))", &GridModel::recharge);
-  app.callback([=, &command] {
-    const bool on_grid = command.is_on_grid;
-    if (!on_grid && file->count() == 0) throw CLI::ValidationError("FILE", "is required for input-output");
-    if (on_grid && file->count() > 0) {
-      throw CLI::ValidationError("FILE", "is for input-output; models on a grid take --cells N");
-    }
-    for (const auto& [option, kinds] : options) {
-      const bool belongs = on_grid && std::find(kinds.begin(), kinds.end(), given->kind) != kinds.end();
-      if (!belongs && option->count() > 0) {
-        throw CLI::ValidationError(option->get_name(), fmt::format("is for {}", names_of(kinds)));
-      }
-    }
-    if (on_grid && given->cells == 0) throw CLI::ValidationError("--cells", "is required for models on a grid");
-  });
-  AddOutput(app, command.output, "the problem");
-  app.footer(fmt::format("{}\n\n{}", kModelExamples, kExitCodes));
 }
 
 void AddPlot(CLI::App& main, PlotCommand& command) {

@@ -122,11 +122,14 @@ inline constexpr const char* kModelExamples =
     "    {\"C\": [[0.2]], \"A\": [[-1]], \"B\": [[0.5]], \"d\": [1], \"T\": 5, \"f\": [\"1+sin(t)\"]}\n"
     "The others are fields on a grid, and keep their structure: `signorini` is the membrane of Wu & Chen on\n"
     "a square or a cube, `obstacle` a string or a membrane above an obstacle, `american-option` a put on one\n"
-    "or two assets, `drainage` ground water between drains that give nothing back.\n"
+    "or two assets, `drainage` ground water between drains that give nothing back. `heat` is heat in the body\n"
+    "of a mesh of Gmsh (MSH 2.2 or 4.1, ASCII), by linear finite elements, with a mass matrix: the groups\n"
+    "--contact of its surface touch a wall that keeps u from falling below 0.\n"
     "\n"
     "Examples:\n"
     "  dlcs model signorini --cells 256 --coefficient 0.2 --output membrane.json\n"
     "  dlcs model american-option --cells 40 --rate 0.1 | dlcs solve - --at 1\n"
+    "  dlcs model heat body.msh --contact wall --load '-1' | dlcs solve - --at 1\n"
     "  dlcs model input-output economy.json --output problem.json\n"
     "  dlcs model input-output economy.json | dlcs solve -";
 

@@ -19,7 +19,7 @@ namespace dlcs::client {
 namespace {
 
 const std::vector<std::string>& VariableNames() {
-  static const std::vector<std::string> names = {"A", "B", "N", "M", "x0", "T", "f", "g"};
+  static const std::vector<std::string> names = {"A", "B", "N", "M", "x0", "T", "f", "g", "E"};
   return names;
 }
 
@@ -112,6 +112,7 @@ absl::StatusOr<v1::Problem> ParseProblemArrays(std::string_view bytes, const std
   variables.ReadMatrix("B", "a matrix of m rows with a value per complementarity pair", *problem.mutable_b());
   variables.ReadMatrix("N", "a matrix with a row of m values per complementarity pair", *problem.mutable_n());
   variables.ReadMatrix("M", "the n x n complementarity matrix", *problem.mutable_m());
+  if (variables.Has("E")) variables.ReadMatrix("E", "the m x m mass matrix", *problem.mutable_e());
   if (const auto x0 = variables.ReadList("x0", "the m values of the initial state")) {
     problem.mutable_x0()->Add(x0->begin(), x0->end());
   }

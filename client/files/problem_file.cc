@@ -30,7 +30,7 @@ using nlohmann::ordered_json;
 const std::vector<std::string>& ProblemKeys() {
   static const std::vector<std::string> keys = {
       "A",          "B",      "N",    "M",        "x0",           "T",   "f", "g", "states", "pairs",
-      "parameters", "pieces", "rule", "selector", "break_points", "kind"};
+      "parameters", "pieces", "rule", "selector", "break_points", "kind", "E"};
   return keys;
 }
 
@@ -142,6 +142,7 @@ void ReadLinear(const json& root, const AgreementCheck& agrees, JsonReader& read
   ReadMatrixKey(root, "B", "m rows with a value per complementarity pair", reader, *problem.mutable_b(), kFormulas);
   ReadMatrixKey(root, "N", "a row per complementarity pair with m values", reader, *problem.mutable_n(), kFormulas);
   ReadMatrixKey(root, "M", "the n rows of the complementarity matrix", reader, *problem.mutable_m(), kFormulas);
+  if (root.contains("E")) ReadMatrixKey(root, "E", "", reader, *problem.mutable_e(), kFormulas);
   ReadNumbersKey(root, "x0", "the m values of the initial state", reader, *problem.mutable_x0());
   ReadTimes(root, reader, problem);
   const auto rows = [](const v1::Matrix& matrix) {
@@ -233,6 +234,7 @@ ordered_json ProblemJson(const v1::Problem& problem) {
   file["B"] = MatrixJson(problem.b());
   file["N"] = MatrixJson(problem.n());
   file["M"] = MatrixJson(problem.m());
+  if (problem.has_e()) file["E"] = MatrixJson(problem.e());
   ordered_json f = SourceJson(problem.f(), problem.x0_size());
   if (!f.is_null()) file["f"] = std::move(f);
   ordered_json g = SourceJson(problem.g(), static_cast<int>(ShapeOf(problem.m()).rows));

@@ -11,8 +11,10 @@
 #include "client/files/json_text.h"
 #include "client/files/problem_file.h"
 #include "client/files/time_function_json.h"
+#include "client/local/mesh_file.h"
 #include "core/models/american_option.h"
 #include "core/models/drainage.h"
+#include "core/models/heat.h"
 #include "core/models/input_output.h"
 #include "core/models/obstacle.h"
 #include "core/models/signorini.h"
@@ -75,8 +77,8 @@ struct NotedProblem {
 
 // Sets the fields that the user gave, and makes the problem.
 template <typename Model>
-void SetCommon(const GridModel& given, Model& model) {
-  model.cells = given.cells;
+void SetCommon(const ModelOptions& given, Model& model) {
+  model.cells = given.cells.value_or(0);
   model.dimensions = given.dimensions.value_or(model.dimensions);
   model.horizon = given.horizon.value_or(model.horizon);
 }
@@ -87,16 +89,16 @@ absl::StatusOr<NotedProblem> WithNotes(const std::string& name, const std::strin
   return NotedProblem{{{"name", name}, {"source", source}}, *std::move(problem)};
 }
 
-absl::StatusOr<NotedProblem> MakeGridModel(const GridModel& given) {
+absl::StatusOr<NotedProblem> MakeGridModel(const ModelOptions& given) {
   switch (given.kind) {
-    case GridModel::Kind::kSignorini: {
+    case ModelKind::kSignorini: {
       SignoriniModel model;
       SetCommon(given, model);
       model.coefficient = given.coefficient.value_or(model.coefficient);
       return WithNotes(fmt::format("Signorini, 1/{}, c = {}", model.cells, model.coefficient),
                        "(4.3) to (4.6) of Wu & Chen", MakeSignoriniProblem(model));
     }
-    case GridModel::Kind::kObstacle: {
+    case ModelKind::kObstacle: {
       ObstacleModel model;
       SetCommon(given, model);
       model.coefficient = given.coefficient.value_or(model.coefficient);
@@ -104,7 +106,7 @@ absl::StatusOr<NotedProblem> MakeGridModel(const GridModel& given) {
       return WithNotes(fmt::format("obstacle, 1/{}, {}-D", model.cells, model.dimensions),
                        "parabolic obstacle problem, psi = 1/2 - 4 |s - 1/2|^2", MakeObstacleProblem(model));
     }
-    case GridModel::Kind::kAmericanOption: {
+    case ModelKind::kAmericanOption: {
       AmericanOptionModel model;
       SetCommon(given, model);
       model.rate = given.rate.value_or(model.rate);
@@ -115,7 +117,7 @@ absl::StatusOr<NotedProblem> MakeGridModel(const GridModel& given) {
                        "equation of Black, Scholes and Merton in ln(S/K), value over strike",
                        MakeAmericanOptionProblem(model));
     }
-    case GridModel::Kind::kDrainage: {
+    case ModelKind::kDrainage: {
       DrainageModel model;
       SetCommon(given, model);
       model.coefficient = given.coefficient.value_or(model.coefficient);
@@ -125,13 +127,16 @@ absl::StatusOr<NotedProblem> MakeGridModel(const GridModel& given) {
       return WithNotes(fmt::format("drainage, 1/{}, {}-D", model.cells, model.dimensions),
                        "ground water between one-sided drains", MakeDrainageProblem(model));
     }
+    case ModelKind::kInputOutput:
+    case ModelKind::kHeat:
+      break;
   }
-  return absl::InternalError("an unknown model");
+  return absl::InternalError("not a model on a grid");
 }
 
-// Fields of a model on a grid are options: "cells" is --cells. Its formulas are checked as sources of the problem.
-absl::Status InWordsOfTheOptions(const absl::Status& status, const GridModel& model) {
-  const bool drains = model.kind == GridModel::Kind::kDrainage;
+// Fields of a model are options: "cells" is --cells. Its formulas are checked as sources of the problem.
+absl::Status InWordsOfTheOptions(const absl::Status& status, const ModelOptions& options) {
+  const bool drains = options.kind == ModelKind::kDrainage;
   std::vector<Violation> violations = ViolationsOf(status);
   for (Violation& violation : violations) {
     const bool is_formula = violation.field.starts_with("f.");
@@ -182,10 +187,36 @@ absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const s
   return ModeledProblem{FileOf(*root, *problem, names), ToProto(InputOutputSection(model))};
 }
 
-absl::StatusOr<nlohmann::ordered_json> ModelOnGrid(const GridModel& model) {
-  const auto made = MakeGridModel(model);
-  if (!made.ok()) return InWordsOfTheOptions(made.status(), model);
+absl::StatusOr<nlohmann::ordered_json> ModelOnGrid(const ModelOptions& options) {
+  const auto made = MakeGridModel(options);
+  if (!made.ok()) return InWordsOfTheOptions(made.status(), options);
   return FileOf(made->notes, made->problem, {});
+}
+
+absl::StatusOr<nlohmann::ordered_json> ModelOnMesh(const ModelOptions& options, const std::string& text,
+                                                   const std::string& source) {
+  auto mesh = ParseMesh(text, source);
+  if (!mesh.ok()) return mesh.status();
+  HeatModel model;
+  model.mesh = *std::move(mesh);
+  model.contact = options.contact;
+  model.fixed = options.fixed;
+  model.coefficient = options.coefficient.value_or(model.coefficient);
+  model.horizon = options.horizon.value_or(model.horizon);
+  model.load = options.load.value_or(model.load);
+  const auto made = MakeHeatProblem(model);
+  if (!made.ok()) {
+    std::vector<Violation> violations = ViolationsOf(InWordsOfTheOptions(made.status(), options));
+    for (Violation& violation : violations) {
+      if (violation.field == "--mesh") violation.field = source;
+    }
+    return violations.empty() ? made.status() : StatusOf(violations);
+  }
+  ordered_json file = FileOf({{"name", fmt::format("heat in {}", source)},
+                              {"source", "linear finite elements, one-sided contact with a wall"}},
+                             made->problem, {});
+  file["annotations"] = {{"nodes", made->nodes}};
+  return file;
 }
 
 }  // namespace dlcs::client

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "dlcs/v1/solver.pb.h"
@@ -25,21 +26,26 @@ struct ModeledProblem {
 // line.
 absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const std::string& source);
 
-// A model on a grid: core/models/signorini.h, obstacle.h, american_option.h or drainage.h. What is absent is as the
-// model has it.
-struct GridModel {
-  enum class Kind { kSignorini, kObstacle, kAmericanOption, kDrainage };
+enum class ModelKind { kInputOutput, kSignorini, kObstacle, kAmericanOption, kDrainage, kHeat };
 
-  Kind kind = Kind::kSignorini;
-  std::int64_t cells = 0;
-  std::optional<std::int64_t> dimensions = {}, drains = {};
+// What was given for a model (core/models). What is absent is as the model has it.
+struct ModelOptions {
+  ModelKind kind = ModelKind::kInputOutput;
+  std::optional<std::int64_t> cells = {}, dimensions = {}, drains = {};
   std::optional<double> coefficient = {}, horizon = {}, rate = {}, volatility = {}, correlation = {}, conductance = {};
   std::optional<std::string> load = {}, recharge = {};  // formulas in t
+  std::vector<std::string> contact = {}, fixed = {};    // physical groups of a mesh
 };
 
-// The problem file of a model, with its structure: some 2 MB for a membrane of 65,025 states. Errors: InvalidArgument
-// with one "--option: rule" per line.
-absl::StatusOr<nlohmann::ordered_json> ModelOnGrid(const GridModel& model);
+// The problem file of a model on a grid, with its structure: some 2 MB for a membrane of 65,025 states. Errors:
+// InvalidArgument with one "--option: rule" per line.
+absl::StatusOr<nlohmann::ordered_json> ModelOnGrid(const ModelOptions& options);
+
+// The problem file of heat in a body, with the mesh of a file in the format MSH (client/local/mesh_file.h). Its
+// annotations hold the node of each state. Errors: InvalidArgument with one "source: rule" or "--option: rule" per
+// line.
+absl::StatusOr<nlohmann::ordered_json> ModelOnMesh(const ModelOptions& options, const std::string& text,
+                                                   const std::string& source);
 
 }  // namespace dlcs::client
 

@@ -108,8 +108,9 @@ void CertificateBuilder::AddDrift(const Matrix& increments, double step) {
   constexpr double kResolved = 0.5;
   CertificateRows& rows = rows_;
   const Vector slope = problem_.A.AbsTimes(rows.x_size) + problem_.B.AbsTimes(rows.y_size) + rows.f_size;
+  const Vector size = problem_.has_mass() ? problem_.E.AbsTimes(rows.x_size) : rows.x_size;
   // 0 for the rows that steps of this length do not resolve.
-  const Vector counted = (step * slope.array() > kResolved * rows.x_size.array()).select(0, Vector::Ones(slope.size()));
+  const Vector counted = (step * slope.array() > kResolved * size.array()).select(0, Vector::Ones(slope.size()));
   for (Index j = 0; j < increments.cols(); ++j) {
     rows.drift += counted.cwiseProduct(increments.col(j));
     RaiseRowMaxAbs(rows.drift, rows.largest_drift);
@@ -117,7 +118,7 @@ void CertificateBuilder::AddDrift(const Matrix& increments, double step) {
   Certificate& c = certificate_;
   c.drift_of_rows = 0;
   for (Index i = 0; i < rows.drift.size(); ++i) {
-    if (rows.x_size[i] != 0) c.drift_of_rows = NanMax(c.drift_of_rows, rows.largest_drift[i] / rows.x_size[i]);
+    if (size[i] != 0) c.drift_of_rows = NanMax(c.drift_of_rows, rows.largest_drift[i] / size[i]);
   }
 }
 
@@ -162,7 +163,7 @@ void CertificateBuilder::Add(const Segment& segment, const Eigen::Ref<const Matr
   slope += f + By;
   AddStates(x, slope);
 
-  const auto change = x.rightCols(steps) - x.leftCols(steps);
+  const Matrix change = problem_.MassTimes(x.rightCols(steps) - x.leftCols(steps));
   // Where x solves the differential equation with the interpolated f, what is left of it is the interpolation.
   const double defect = scheme.x_is_linear ? MaxAbs(change / step - slope_mid)
                                            : MaxAbs((f.leftCols(steps) + f.rightCols(steps)) / 2 - f_mid);

@@ -16,7 +16,7 @@ namespace dlcs {
 struct CertificateRows {
   Vector x_size, y_size, w_size, f_size, g_size;
   Vector node_residual, midpoint_residual;  // relative to these sizes
-  Vector drift, largest_drift;              // of states
+  Vector drift, largest_drift;              // of E x
 };
 
 class CertificateBuilder {

@@ -83,9 +83,12 @@ Vector DiagonalOf(const StructuredMatrix& matrix) {
   return Vector::Zero(matrix.rows());
 }
 
-// Returns the memory of each x_i: 1/|A_ii|, but no longer than T.
-Vector MemoryOf(const StructuredMatrix& A, double horizon) {
-  return DiagonalOf(A).unaryExpr([&](double d) { return std::min(horizon, 1 / std::abs(d)); });
+// Returns the memory of each x_i, per mass: 1/|A_ii|, but no longer than T/|E_ii|.
+Vector MemoryOf(const Problem& problem) {
+  const Vector masses = problem.has_mass() ? DiagonalOf(problem.E) : Vector::Ones(problem.num_states());
+  return DiagonalOf(problem.A).binaryExpr(masses, [&](double rate, double mass) {
+    return std::min(problem.horizon / std::abs(mass), 1 / std::abs(rate));
+  });
 }
 
 }  // namespace
@@ -141,7 +144,7 @@ ComponentSizes SizesOf(const Problem& problem, const Solution& solution, bool y_
   const Vector y = RowMaxAbs(solution.y);
   const Vector summed_By = problem.B.AbsTimes(y);
   const Vector moved = problem.A.AbsTimes(sizes.x) + summed_By;
-  sizes.x_rounding = kRounding * (sizes.x + MemoryOf(problem.A, problem.horizon).cwiseProduct(moved));
+  sizes.x_rounding = kRounding * (sizes.x + MemoryOf(problem).cwiseProduct(moved));
   if (!y_counts) return sizes;
   sizes.By = Vector::Zero(problem.num_states());
   Vector g = Vector::Zero(problem.num_constraints());

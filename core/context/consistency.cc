@@ -10,6 +10,7 @@
 #include "core/discretization/step_sources.h"
 #include "core/lcp/basis/tolerance.h"
 #include "core/lcp/lcp.h"
+#include "core/problem/mass_matrix.h"
 
 namespace dlcs {
 namespace {
@@ -53,7 +54,8 @@ struct Jump {
 Jump FindJump(const Problem& problem, const Vector& q, const Vector& tolerance) {
   const Index n = problem.num_constraints();
   Matrix matrix = Matrix::Zero(2 * n, 2 * n);
-  matrix.topLeftCorner(n, n) = problem.N * problem.B;
+  matrix.topLeftCorner(n, n) = problem.has_mass() ? Matrix(problem.N * SolveMass(problem, problem.B.Dense()))
+                                                  : problem.N * problem.B;
   matrix.topRightCorner(n, n) = problem.M.Dense();
   matrix.bottomLeftCorner(n, n) = -problem.M.Dense().transpose();
   Vector rhs = Vector::Zero(2 * n);
@@ -133,7 +135,7 @@ bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Ve
                         "LCP(N x + g, M) " + at + " has no solution (" + WorstEntry(q) +
                             "), and no jump of the state along B can make it consistent.");
   }
-  const Vector dx = problem.B * jump.p;
+  const Vector dx = SolveMass(problem, problem.B * jump.p);
   // Then N x + g itself is complementary to a multiplier: what failed was the LCP solver.
   if (((problem.N * dx).array().abs() <= tolerance.array()).all()) return true;
   if (!context.options.project_initial_state) {

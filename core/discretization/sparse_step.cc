@@ -21,8 +21,8 @@ double Weight(SparseRule rule, double step) {
 }
 
 SparseFactor<double> Factor(const Problem &problem, double scale) {
-  const SparseMatrix A = problem.A.Sparse();
-  return {A, SparseOrder(A), 1.0, scale};
+  const SparseMatrix A = problem.A.Sparse(), E = problem.E.Sparse();
+  return {A, SparseOrder(A, E), 1.0, scale, E};
 }
 
 }  // namespace
@@ -65,10 +65,11 @@ void SparseStep::StartWithSources(Segment &segment) const {
 
 void SparseStep::AddBefore(Segment &segment, Index j, const Segment &stage) const {
   const auto before = segment.x.col(j - 1);
-  Vector sum = segment.x.col(j) + before;
+  Vector moved = before;
+  if (has_stage()) moved += (1 - kGamma) / kGamma * (stage.x.col(1) - before);
+  Vector sum = segment.x.col(j) + problem_.MassTimes(moved);
   if (theta_ > 0) sum += step_ * theta_ * (problem_.A * before);
   if (rule_ == SparseRule::kAveraged) sum += weight_ * (problem_.B * segment.y.col(j - 1));
-  if (has_stage()) sum += (1 - kGamma) / kGamma * (stage.x.col(1) - before);
   segment.x.col(j) = factor_.Solve(sum);
 }
 
@@ -79,7 +80,7 @@ void SparseStep::StartStage(const Segment &segment, Index j, Segment &stage) con
   stage.x.resize(segment.x.rows(), 2);
   stage.y.resize(segment.y.rows(), 2);
   stage.g.resize(segment.g.rows(), 2);
-  stage.x.col(1) = factor_.Solve(segment.x.col(j - 1) + weight_ * at_stage(segment.f));
+  stage.x.col(1) = factor_.Solve(problem_.MassTimes(segment.x.col(j - 1)) + weight_ * at_stage(segment.f));
   stage.g.col(1) = at_stage(segment.g);
 }
 

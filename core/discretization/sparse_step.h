@@ -12,18 +12,18 @@
 
 namespace dlcs {
 
-// How x_{j-1} becomes x_j.
+// How x_{j-1} becomes x_j; E is the mass matrix, or the identity.
 enum class SparseRule {
-  // (1.3) of [Chen & Xiang], R = (I - h(1-θ)A)⁻¹:  x_j = R (x_{j-1} + hθ A x_{j-1} + h f_j) + h R B y_j.
+  // (1.3) of [Chen & Xiang], R = (E - h(1-θ)A)⁻¹:  x_j = R (E x_{j-1} + hθ A x_{j-1} + h f_j) + h R B y_j.
   kTheta,
-  // The trapezoidal rule, R = (I - hA/2)⁻¹:
-  //     x_j = R (x_{j-1} + h/2 A x_{j-1} + h/2 (f_{j-1} + B y_{j-1} + f_j)) + h/2 R B y_j.
+  // The trapezoidal rule, R = (E - hA/2)⁻¹:
+  //     x_j = R (E x_{j-1} + h/2 A x_{j-1} + h/2 (f_{j-1} + B y_{j-1} + f_j)) + h/2 R B y_j.
   // Second order where y is Lipschitz; fast components oscillate, since the rule is not L-stable.
   kAveraged,
-  // Two implicit stages, γ = 1 - 1/√2, R = (I - γhA)⁻¹; the first at t = t_{j-1} + γh, with the Y of its own LCP,
+  // Two implicit stages, γ = 1 - 1/√2, R = (E - γhA)⁻¹; the first at t = t_{j-1} + γh, with the Y of its own LCP,
   // N X + g(t) + M Y:
-  //     X   = R (x_{j-1} + γh f(t)) + γh R B Y,
-  //     x_j = R (x_{j-1} + (1-γ)/γ (X - x_{j-1}) + γh f_j) + γh R B y_j.
+  //     X   = R (E x_{j-1} + γh f(t)) + γh R B Y,
+  //     x_j = R (E (x_{j-1} + (1-γ)/γ (X - x_{j-1})) + γh f_j) + γh R B y_j.
   // Second order where y is Lipschitz, also across its kinks, and L-stable: fast components decay within one step.
   // Between nodes f and g are linear. Source: [Alexander 1977] R. Alexander. Diagonally implicit Runge-Kutta methods
   // for stiff O.D.E.'s. SIAM J. Numer. Anal. 14, 1006-1021.

@@ -33,7 +33,8 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
       return trajectory + couplings + kernel + kMatricesOfAStep * m * m * kNumber +
              (method == Method::kWuChenIteration ? kColumnsOfARun * m * steps * kNumber : stretch);
     case PropagatorKind::kSparseStepping: {
-      const double factors = static_cast<double>(problem.A.Sparse().nonZeros()) * std::max(1.0, std::log2(m));
+      const Index nonzeros = problem.A.Sparse().nonZeros() + problem.E.Sparse().nonZeros();
+      const double factors = static_cast<double>(nonzeros) * std::max(1.0, std::log2(m));
       return trajectory + couplings + stretch + factors * kNumberWithIndex +
              std::min(m * n, static_cast<double>(StructuredMatrix::kMaxDenseEntries)) * kNumber;
     }

@@ -8,6 +8,7 @@
 #include "core/matrix_classes/minor_classes.h"
 #include "core/matrix_classes/relative_degree.h"
 #include "core/parallel/parallel.h"
+#include "core/problem/mass_matrix.h"
 #include "core/problem/solution.h"
 
 namespace dlcs {
@@ -62,9 +63,21 @@ bool PrefersEvents(const Problem& problem, const Options& options, Selection sel
          !options.inelastic_impact;
 }
 
+std::vector<std::optional<int>> DegreesOf(const Problem& problem) {
+  if (!problem.has_mass()) return RelativeDegrees(problem.A, problem.B, problem.N, problem.M);
+  // One integration is the rule, and takes solves with E for the columns of B only.
+  const SparseMatrix no_A(problem.num_states(), problem.num_states());
+  auto degrees = RelativeDegrees(StructuredMatrix(no_A), StructuredMatrix(SolveMass(problem, problem.B.Dense())),
+                                 problem.N, problem.M);
+  const bool all_known = std::all_of(degrees.begin(), degrees.end(), [](const auto& degree) { return !!degree; });
+  if (all_known || !problem.A.FitsDense()) return degrees;
+  const Problem multiplied = WithoutMass(problem);
+  return RelativeDegrees(multiplied.A, multiplied.B, multiplied.N, multiplied.M);
+}
+
 // Constraints that y reaches through two integrations and more need impulses.
 void JudgeRelativeDegree(const Problem& problem, const Options& options, bool zero, MethodChoice& choice) {
-  const auto degrees = RelativeDegrees(problem.A, problem.B, problem.N, problem.M);
+  const auto degrees = DegreesOf(problem);
   const std::vector<Index> rows = ImpulsiveRows(degrees);
   if (rows.empty()) return;
   const int least =

@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "core/discretization/grid.h"
 #include "core/linalg/sparse_factor.h"
+#include "core/problem/mass_matrix.h"
 #include "core/problem/solution.h"
 #include "core/propagator/contour_system.h"
 #include "core/propagator/kronecker_system.h"
@@ -28,9 +29,10 @@ constexpr Index kLargestDense = 4000;
 
 std::string States(const Problem& problem) { return "m = " + std::to_string(problem.num_states()); }
 
+// Dense matrices do not know E (FormToSolve()).
 bool IsDenseAffordable(const Problem& problem) {
-  return problem.num_states() <= kLargestDense && problem.A.FitsDense() && problem.B.FitsDense() &&
-         problem.N.FitsDense() && problem.M.FitsDense();
+  return !problem.has_mass() && problem.num_states() <= kLargestDense && problem.A.FitsDense() &&
+         problem.B.FitsDense() && problem.N.FitsDense() && problem.M.FitsDense();
 }
 
 PropagatorChoice Dense(std::string reason) {
@@ -73,7 +75,7 @@ struct Seconds {
 Seconds PredictSeconds(const Problem& problem, const Options& options) {
   constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
-  const FactorSize factor = PredictFactor(problem.A.Sparse());
+  const FactorSize factor = PredictFactor(problem.A.Sparse(), problem.E.Sparse());
   const auto [steps, lengths] = StepsInAll(problem, options);
   const double solve = 2 * factor.nonzeros * kMultiplication;
   return {
@@ -102,6 +104,12 @@ std::string WhyStepsAreCheaper(const Problem& problem, const Options& options, c
 
 PropagatorChoice DenseOrRefuse(const Problem& problem, std::string reason) {
   if (IsDenseAffordable(problem)) return Dense(std::move(reason));
+  if (problem.has_mass()) {
+    const bool small = problem.num_states() <= kLargestDense;
+    return Refuse(std::string("The mass matrix E is kept, since ") +
+                  (small ? "A is sparse" : "E⁻¹A would be too large (" + States(problem) + ")") + ": " + reason +
+                  (small ? ". The propagator dense multiplies by E⁻¹." : "."));
+  }
   return Refuse("A is too large for dense matrices (" + States(problem) + "): " + reason + ".");
 }
 
@@ -138,6 +146,25 @@ PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options
   return DenseOrRefuse(problem, why_not);
 }
 
+namespace {
+
+// Whether the methods that may be taken can use E as it is; the others need E⁻¹A.
+bool KeepsMass(const Problem& problem, const Options& options) {
+  const bool is_large = problem.num_states() > kSmallSparse;
+  if (problem.A.is_dense() || !is_large || IsDiagonal(problem.E)) return false;
+  switch (options.method) {
+    case Method::kAuto:
+    case Method::kTimeStepping:
+      return StepsSparsely(problem, options) || options.propagator == PropagatorKind::kContour;
+    case Method::kExponentialIntegrator:
+    case Method::kLaplaceIteration:
+      return options.propagator == PropagatorKind::kContour ||
+             (options.propagator == PropagatorKind::kAuto && problem.num_constraints() <= kFewConstraints);
+    default:
+      return false;
+  }
+}
+
 std::optional<Problem> WithSparseMatrices(const Problem& problem, const Options& options) {
   constexpr double kMostlyZero = 0.05;
   const auto is_mostly_zero = [](const StructuredMatrix& matrix) {
@@ -148,10 +175,20 @@ std::optional<Problem> WithSparseMatrices(const Problem& problem, const Options&
   const bool is_large = problem.num_states() > kSmallSparse;
   if (!is_left_open || !is_large || !is_mostly_zero(problem.A)) return std::nullopt;
   Problem sparse = problem;
-  for (StructuredMatrix* matrix : {&sparse.A, &sparse.B, &sparse.N, &sparse.M}) {
+  for (StructuredMatrix* matrix : {&sparse.A, &sparse.B, &sparse.N, &sparse.M, &sparse.E}) {
     if (is_mostly_zero(*matrix)) *matrix = matrix->Sparse();
   }
   return sparse;
+}
+
+}  // namespace
+
+std::optional<Problem> FormToSolve(const Problem& problem, const Options& options) {
+  std::optional<Problem> sparse = WithSparseMatrices(problem, options);
+  const Problem& form = sparse ? *sparse : problem;
+  if (!form.has_mass() || KeepsMass(form, options)) return sparse;
+  const bool is_affordable = form.num_states() <= kLargestDense || IsDiagonal(form.E);
+  return is_affordable ? WithoutMass(form) : sparse;
 }
 
 }  // namespace dlcs

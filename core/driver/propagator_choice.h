@@ -30,10 +30,13 @@ struct PropagatorChoice {
 PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options, Method method,
                                   SetupCache* setups = nullptr);
 
-// `problem` with A, B, N and M stored as sparse matrices, if A was given as dense but is large, at most a twentieth of
-// its entries are nonzero, and the options leave the propagator open: dense products would take minutes where sparse
-// steps take milliseconds. Otherwise absent. Cost: one pass over all entries.
-std::optional<Problem> WithSparseMatrices(const Problem& problem, const Options& options);
+// The system in the form in which it is solved; absent if that is `problem` itself. Two things may change.
+// Matrices become sparse, if A was given as dense but is large, at most a twentieth of its entries are nonzero, and the
+// options leave the propagator open: dense products would take minutes where sparse steps take milliseconds.
+// A mass matrix E is multiplied out (WithoutMass()), except where A is sparse and large, E not diagonal, and the
+// methods that the options allow use factors of zE - A.
+// Cost: one pass over all entries; with E that of WithoutMass().
+std::optional<Problem> FormToSolve(const Problem& problem, const Options& options);
 
 }  // namespace dlcs
 

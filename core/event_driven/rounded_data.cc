@@ -53,6 +53,7 @@ Problem WithRoundedData(const Problem& problem, double ulps, bool changes_M, uns
   rounded.x0.array() *= rounding.Factors(rounded.x0.size()).array();
   rounding.Round(rounded.f, rounded.num_states());
   rounding.Round(rounded.g, rounded.num_constraints());
+  if (rounded.has_mass()) rounding.Round(rounded.E);
   return rounded;
 }
 

@@ -19,10 +19,20 @@ namespace {
 constexpr double kPivotThreshold = 0.01;
 
 template <typename Scalar>
-Eigen::SparseMatrix<Scalar> Shifted(const SparseMatrix& A, Scalar z, double s) {
+Eigen::SparseMatrix<Scalar> Shifted(const SparseMatrix& A, Scalar z, double s, const SparseMatrix& E) {
+  if (E.rows() > 0) return z * E.template cast<Scalar>() - (s * A).template cast<Scalar>();
   Eigen::SparseMatrix<Scalar> identity(A.rows(), A.rows());
   identity.setIdentity();
   return z * identity - (s * A).template cast<Scalar>();
+}
+
+// Ones where A or E has an entry, so that nothing cancels.
+SparseMatrix Pattern(const SparseMatrix& A, const SparseMatrix& E) {
+  const auto ones = [](SparseMatrix matrix) {
+    std::fill_n(matrix.valuePtr(), matrix.nonZeros(), 1.0);
+    return matrix;
+  };
+  return E.rows() > 0 ? SparseMatrix(ones(A) + ones(E)) : ones(A);
 }
 
 // Counts the entries of the columns of a factor without making it.
@@ -36,18 +46,18 @@ struct SymbolicCholesky : Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower, Eigen
 
 }  // namespace
 
-FactorSize PredictFactor(const SparseMatrix& A) {
-  SparseMatrix pattern = A;
-  std::fill_n(pattern.valuePtr(), pattern.nonZeros(), 1.0);  // nothing cancels
+FactorSize PredictFactor(const SparseMatrix& A, const SparseMatrix& E) {
+  SparseMatrix pattern = Pattern(A, E);
   pattern += SparseMatrix(pattern.transpose());
   SparseMatrix ordered;
-  ordered = pattern.twistedBy(SparseOrder(A));
+  ordered = pattern.twistedBy(SparseOrder(A, E));
   return SymbolicCholesky().Analyze(ordered);
 }
 
-Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> SparseOrder(const SparseMatrix& A) {
+Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> SparseOrder(const SparseMatrix& A,
+                                                                          const SparseMatrix& E) {
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> inverse;
-  Eigen::AMDOrdering<int>()(A, inverse);
+  Eigen::AMDOrdering<int>()(Pattern(A, E), inverse);
   return inverse.inverse();
 }
 
@@ -59,13 +69,14 @@ struct SparseFactor<Scalar>::Factors {
 };
 
 template <typename Scalar>
-SparseFactor<Scalar>::SparseFactor(const SparseMatrix& A, const Order& order, Scalar z, double s)
+SparseFactor<Scalar>::SparseFactor(const SparseMatrix& A, const Order& order, Scalar z, double s,
+                                   const SparseMatrix& E)
     : order_(order), factors_(std::make_unique<Factors>()) {
   typename Factors::Ordered ordered;
-  ordered = Shifted(A, z, s).twistedBy(order);
+  ordered = Shifted(A, z, s, E).twistedBy(order);
   ordered.makeCompressed();
   if constexpr (std::is_same_v<Scalar, double>) {
-    if (IsSymmetric(A)) {
+    if (IsSymmetric(A) && IsSymmetric(E)) {
       factors_->cholesky.emplace(ordered);
       is_regular_ = factors_->cholesky->info() == Eigen::Success;
       if (!is_regular_) factors_->cholesky.reset();

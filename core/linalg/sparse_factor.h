@@ -13,21 +13,24 @@
 
 namespace dlcs {
 
-// An order of the unknowns that keeps the factors of a matrix with this pattern, or that of its transpose, sparse: row
-// and column `order[k]` come k-th. Approximate minimum degree on the pattern of A + Aᵀ; source: [Amestoy, Davis, Duff
-// 1996] An approximate minimum degree ordering algorithm. SIAM J. Matrix Anal. Appl. 17, 886-905.
-Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> SparseOrder(const SparseMatrix& A);
+// An order of the unknowns that keeps the factors of zE - sA sparse: row and column `order[k]` come k-th. `E` with 0
+// rows stands for the identity. Approximate minimum degree on the pattern of A + E and its transpose; source: [Amestoy,
+// Davis, Duff 1996] An approximate minimum degree ordering algorithm. SIAM J. Matrix Anal. Appl. 17, 886-905.
+Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> SparseOrder(const SparseMatrix& A,
+                                                                          const SparseMatrix& E = {});
 
 // The size of a Cholesky factor, and the multiplications that make it.
 struct FactorSize {
   double nonzeros = 0, multiplications = 0;
 };
 
-// That of a matrix with the pattern of A + Aᵀ in the order of SparseOrder(). Cost: below that of one solve.
-FactorSize PredictFactor(const SparseMatrix& A);
+// That of a matrix with the pattern of A + E and its transpose in the order of SparseOrder(). Cost: below that of one
+// solve.
+FactorSize PredictFactor(const SparseMatrix& A, const SparseMatrix& E = {});
 
-// The factors of zI - sA, in an order from SparseOrder(): LU with pivots off the diagonal only where those on it are
-// smaller than a hundredth of the column. Real z and s with a symmetric, positive definite zI - sA: Cholesky.
+// The factors of zE - sA, in an order from SparseOrder() for the pattern of both: LU with pivots off the diagonal only
+// where those on it are smaller than a hundredth of the column. Real z and s with a symmetric, positive definite
+// zE - sA: Cholesky.
 //
 // Cost: for a grid of m points in the plane some 30 m log m numbers and m^{3/2} work, in space m^{4/3} and m².
 template <typename Scalar>
@@ -36,7 +39,8 @@ class SparseFactor {
   using Columns = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
   using Order = Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int>;
 
-  SparseFactor(const SparseMatrix& A, const Order& order, Scalar z, double s);
+  // `E` with 0 rows stands for the identity.
+  SparseFactor(const SparseMatrix& A, const Order& order, Scalar z, double s, const SparseMatrix& E = {});
   SparseFactor(SparseFactor&&) noexcept;
   ~SparseFactor();
 
@@ -45,7 +49,7 @@ class SparseFactor {
   // The memory of the factors.
   double bytes() const;
 
-  // (zI - sA)⁻¹ times the columns; not finite where the matrix is singular. Safe to call from several threads.
+  // (zE - sA)⁻¹ times the columns; not finite where the matrix is singular. Safe to call from several threads.
   Columns Solve(const Eigen::Ref<const Columns>& columns) const;
 
  private:

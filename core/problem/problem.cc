@@ -7,6 +7,7 @@
 
 #include "core/format_number.h"
 #include "core/problem/formula_switching.h"
+#include "core/problem/mass_matrix.h"
 #include "core/problem/problem_checks.h"
 #include "core/problem/violation_list.h"
 
@@ -95,6 +96,14 @@ void CheckNumberOfSwitches(const Problem& problem, ViolationList& list) {
                       std::to_string(kMaxSwitchingTimes) + " are allowed together");
 }
 
+void CheckMass(const Problem& problem, ViolationList& list) {
+  const Index rows = problem.E.rows(), columns = problem.E.cols(), m = problem.num_states();
+  if (rows == 0 && columns == 0) return;
+  CheckMatrix(problem.E, m, m, "m x m = " + ShapeText(m, m) + " (m from A)", "E", list);
+  if (rows != columns || rows == 0 || !problem.E.AllFinite()) return;
+  if (std::string why = WhySingular(problem.E); !why.empty()) list.Add("E", std::move(why));
+}
+
 void AddWarnings(const TimeFunction& function, double horizon, const std::string& field,
                  std::vector<std::string>& warnings) {
   if (function.is_lifted()) return AddWarnings(function.Inner(), horizon, field + ".of", warnings);
@@ -145,6 +154,7 @@ std::vector<Violation> Validate(const Problem& problem) {
   if (!has_horizon) list.Add("T", NumberText(problem.horizon) + "; must be finite and greater than 0");
   CheckBreakPoints(problem.break_points, has_horizon ? problem.horizon : HUGE_VAL, list);
   CheckSelector(problem.selector, problem.rule, n, list);
+  CheckMass(problem, list);
   // Values are looked at last: they need the times, and a problem with other faults is read again anyway.
   if (list.empty()) {
     CheckFormulas(problem.f, problem.horizon, "f", list);

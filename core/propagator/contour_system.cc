@@ -34,7 +34,7 @@ constexpr double kOwnSetupBytes = 1e8;
 
 SetupKey KeyOf(const Problem& problem, const Sector& sector, bool with_lift) {
   SetupKey key("contour");
-  key.Add(problem.A).Add(problem.B).Add(problem.N).Add(sector.angle).Add(sector.shift);
+  key.Add(problem.A).Add(problem.B).Add(problem.N).Add(problem.E).Add(sector.angle).Add(sector.shift);
   if (with_lift) key.Add(problem.f.lift);
   return key;
 }
@@ -57,9 +57,10 @@ Matrix Beside(const Matrix& left, const Matrix& right) {
 
 std::unique_ptr<ContourSystem> ContourSystem::Create(const Problem& problem, const Options& options,
                                                      std::string& why_not, SetupCache* setups) {
-  const auto sector = FindSector(problem.A.Sparse(), problem.horizon);
+  const auto sector = FindSector(problem.A.Sparse(), problem.horizon, problem.E.Sparse());
   if (!sector) {
-    why_not = "no sector holds the field of values of A that is narrow enough for a contour up to T = " +
+    const std::string of = problem.has_mass() ? "the pencil (A, E), whose E must be symmetric positive definite," : "A";
+    why_not = "no sector holds the field of values of " + of + " that is narrow enough for a contour up to T = " +
               FormatNumber(problem.horizon) + ": solutions grow too much, or oscillate too fast for their decay";
     return nullptr;
   }
@@ -81,6 +82,7 @@ ContourSystem::ContourSystem(const Problem& problem, const Sector& sector, doubl
                              SetupCache* setups)
     : N_(problem.N.Sparse()),
       B_(problem.B.Sparse()),
+      E_(problem.E),
       lift_(problem.f.lift),
       keeps_lift_(KeepsLift(problem)),
       x0_(problem.x0),
@@ -88,7 +90,7 @@ ContourSystem::ContourSystem(const Problem& problem, const Sector& sector, doubl
       sector_(sector),
       needed_bytes_(needed_bytes),
       kept_bytes_(kept_bytes),
-      resolvent_(problem.A.Sparse(), kept_bytes),
+      resolvent_(problem.A.Sparse(), problem.E.Sparse(), kept_bytes),
       matrices_(KeyOf(problem, sector, keeps_lift_)),
       setups_(setups, kOwnSetupBytes) {}
 
@@ -155,7 +157,7 @@ const ContourSystem::StepValues* ContourSystem::At(double step, Index steps, Wor
   made->of_inputs = setups_->Get<TransferValues>(
       key.Add(step).Add(made->contours.longest), [&]() -> SetupCache::Made<TransferValues> {
         const Matrix inputs = keeps_lift_ ? Beside(Matrix(B_), Matrix(lift_.Sparse())) : Matrix(B_);
-        auto values = Visit(step, made->contours, {inputs, x0_}, workers, stop);
+        auto values = Visit(step, made->contours, {inputs, Weighted(x0_)}, workers, stop);
         if (values.empty()) return {};
         made->of_start = std::move(values[1]);
         const double bytes = BytesOf(values[0]);
@@ -163,7 +165,7 @@ const ContourSystem::StepValues* ContourSystem::At(double step, Index steps, Wor
       });
   if (!made->of_inputs) return nullptr;
   if (made->of_start.empty()) {  // others have made the rest
-    auto values = Visit(step, made->contours, {x0_}, workers, stop);
+    auto values = Visit(step, made->contours, {Weighted(x0_)}, workers, stop);
     if (values.empty()) return nullptr;
     made->of_start = std::move(values[0]);
   }
@@ -209,7 +211,7 @@ FreeMotion ContourSystem::Move(const Vector& x, const RunSources& sources, Hold 
   const bool known_start = x == x0_, known_lift = split.columns.size() == 0 && split.signal.rows() > 0;
   std::vector<Matrix> unknown;
   if (!known_lift && split.columns.cols() > 0) unknown.push_back(split.columns);
-  if (!known_start) unknown.push_back(x);
+  if (!known_start) unknown.push_back(Weighted(x));
   std::vector<TransferValues> visited;
   if (!unknown.empty()) {
     visited = Visit(known->step, known->contours, unknown, workers, stop);
@@ -267,7 +269,7 @@ Matrix ContourSystem::States(const Vector& x, const RunSources& sources, const M
   Sources split = Split(sources);
   if (split.columns.size() == 0 && split.signal.rows() > 0) split.columns = Matrix(lift_.Sparse());
   const Index r = split.columns.cols();
-  const Matrix columns = Beside(Beside(Matrix(B_), split.columns), x);
+  const Matrix columns = Beside(Beside(Matrix(B_), split.columns), Weighted(x));
 
   const Index parts = 8.0 * kPartialSums * static_cast<double>(m * outputs) <= kPartialSumBytes ? kPartialSums : 1;
   std::vector<Matrix> sums(static_cast<std::size_t>(parts), no_states);

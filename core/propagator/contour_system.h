@@ -22,15 +22,15 @@
 
 namespace dlcs {
 
-// The factorizations of zI - A, one for each z, kept for later calls as long as they fill no more than `kept_bytes`.
+// The factorizations of zE - A, one for each z, kept for later calls as long as they fill no more than `kept_bytes`.
 // Threads: all functions may be called concurrently; results do not depend on which factors were kept.
 class SparseResolvent {
  public:
   using Complex = std::complex<double>;
   using Factor = SparseFactor<Complex>;
 
-  SparseResolvent(SparseMatrix A, double kept_bytes)
-      : A_(std::move(A)), order_(SparseOrder(A_)), free_bytes_(kept_bytes) {}
+  SparseResolvent(SparseMatrix A, SparseMatrix E, double kept_bytes)
+      : A_(std::move(A)), E_(std::move(E)), order_(SparseOrder(A_, E_)), free_bytes_(kept_bytes) {}
 
   Index size() const { return A_.rows(); }
   Index factorizations() const {
@@ -44,7 +44,7 @@ class SparseResolvent {
       const auto found = kept_.find({z.real(), z.imag()});
       if (found != kept_.end()) return found->second;
     }
-    auto factor = std::make_shared<const Factor>(A_, order_, z, 1.0);
+    auto factor = std::make_shared<const Factor>(A_, order_, z, 1.0, E_);
     const std::scoped_lock lock(mutex_);
     ++factorizations_;
     if (factor->bytes() <= free_bytes_ && kept_.emplace(std::pair(z.real(), z.imag()), factor).second) {
@@ -54,7 +54,7 @@ class SparseResolvent {
   }
 
  private:
-  const SparseMatrix A_;
+  const SparseMatrix A_, E_;
   const Factor::Order order_;
   mutable std::mutex mutex_;
   std::map<std::pair<double, double>, std::shared_ptr<const Factor>> kept_;
@@ -62,10 +62,10 @@ class SparseResolvent {
   Index factorizations_ = 0;
 };
 
-// K_k = N (zI - A)⁻¹ B, and with it all that a reduced solve needs, inverted on two contours for each length of step
+// K_k = N (zE - A)⁻¹ B, and with it all that a reduced solve needs, inverted on two contours for each length of step
 // (core/propagator/contour_response.h): some 30 nodes for the first steps, and some 60 to 120 for all later ones,
-// however many. Each is one sparse factorization of zI - A, and a solve for each column of B, of the lift of f, and x0,
-// all in one pass over the nodes. Columns that are not known then (another start, the states at output nodes) take
+// however many. Each is one sparse factorization of zE - A, and a solve for each column of B, of the lift of f, and E
+// x0, all in one pass over the nodes. Columns that are not known then (another start, the states at output nodes) take
 // further passes, with the same factors as far as Options::max_memory allows them to be kept. The values for B and the
 // lift, some megabytes, do not depend on the start: solves of the same matrices share them, and a solve with another
 // start makes a pass for one column only.
@@ -95,7 +95,7 @@ class ContourSystem final : public Propagator {
     double step = 0;
     StepContours contours;
     std::shared_ptr<const TransferValues> of_inputs;  // columns of B, and of the lift where it is narrow
-    TransferValues of_start;                          // x0
+    TransferValues of_start;                          // E x0
   };
   // f = columns · signal, signal r × J + 1.
   struct Sources {
@@ -110,14 +110,17 @@ class ContourSystem final : public Propagator {
   StepContours MakeContours(double step, Index steps) const;
   // Null where `stop` was requested.
   const StepValues* At(double step, Index steps, Workers& workers, const std::stop_token& stop);
-  // N (zI - A)⁻¹ columns at all nodes, weighted, for each of `groups`; the result for one group does not depend on the
+  // N (zE - A)⁻¹ columns at all nodes, weighted, for each of `groups`; the result for one group does not depend on the
   // others. Empty where `stop` was requested.
   std::vector<TransferValues> Visit(double step, const StepContours& contours, const std::vector<Matrix>& groups,
                                     Workers& workers, const std::stop_token& stop);
+  // E x, as a column.
+  Matrix Weighted(const Vector& x) const { return E_.rows() > 0 ? Matrix(E_ * x) : Matrix(x); }
   Sources Split(const RunSources& sources) const;
   static TransferValues Part(const TransferValues& values, Index first, Index count);
 
   SparseMatrix N_, B_;
+  StructuredMatrix E_;  // 0 × 0 for the identity
   StructuredMatrix lift_;
   bool keeps_lift_ = false;
   Vector x0_;

@@ -182,6 +182,10 @@ void KroneckerModes::StateFromModes(Matrix modes, Eigen::Ref<Vector> x) const {
 
 std::shared_ptr<const KroneckerModes> FindKroneckerModes(const Problem& problem, std::string& why_not) {
   const KroneckerSum* sum = problem.A.kronecker_sum();
+  if (problem.has_mass()) {
+    why_not = "there is a mass matrix";
+    return nullptr;
+  }
   if (!sum) {
     why_not = "A is " + problem.A.Describe() + ", not a Kronecker sum";
     return nullptr;

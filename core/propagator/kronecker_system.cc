@@ -157,7 +157,7 @@ std::unique_ptr<KroneckerSystem> KroneckerSystem::Create(const Problem& problem,
                                                          SetupCache* setups) {
   SharedSetups shared(setups, kOwnModesBytes);
   SetupKey matrices("Kronecker");
-  matrices.Add(problem.A).Add(problem.B).Add(problem.N);
+  matrices.Add(problem.A).Add(problem.B).Add(problem.N).Add(problem.E);
   auto modes = shared->Get<KroneckerModes>(matrices, [&]() -> SetupCache::Made<KroneckerModes> {
     auto made = FindKroneckerModes(problem, why_not);
     const double bytes = made ? BytesOf(*made) : 0;

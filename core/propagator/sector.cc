@@ -18,23 +18,31 @@ constexpr double kAccuracy = 40;
 
 class SectorProof {
  public:
-  explicit SectorProof(const SparseMatrix& A) {
+  SectorProof(const SparseMatrix& A, const SparseMatrix& E) {
     const SparseMatrix transposed = A.transpose();
-    const auto order = SparseOrder(A);
+    const auto order = SparseOrder(A, E);
     symmetric_ = SparseMatrix((A + transposed) / 2).twistedBy(order);
     skew_ = SparseMatrix((A - transposed) / 2).twistedBy(order);
     skew_.prune(0.0);
-    identity_.resize(A.rows(), A.rows());
-    identity_.setIdentity();
+    if (E.rows() > 0) {
+      mass_ = E.twistedBy(order);
+      has_inner_product_ = IsSymmetric(E) && IsPositive<double>(mass_);
+    } else {
+      mass_.resize(A.rows(), A.rows());
+      mass_.setIdentity();
+    }
   }
+
+  // Whether E is symmetric positive definite.
+  bool has_inner_product() const { return has_inner_product_; }
 
   bool is_symmetric() const { return skew_.nonZeros() == 0; }
   double factor_nonzeros() const { return factor_nonzeros_; }
 
   bool Holds(double angle, double shift) {
-    if (is_symmetric()) return IsPositive<double>(shift * identity_ - symmetric_);
+    if (is_symmetric()) return IsPositive<double>(shift * mass_ - symmetric_);
     using Complex = std::complex<double>;
-    return IsPositive<Complex>((shift * identity_ - symmetric_).cast<Complex>() +
+    return IsPositive<Complex>((shift * mass_ - symmetric_).cast<Complex>() +
                                Complex(0, 1 / std::tan(angle)) * skew_.cast<Complex>());
   }
 
@@ -47,7 +55,8 @@ class SectorProof {
     return true;
   }
 
-  SparseMatrix symmetric_, skew_, identity_;
+  SparseMatrix symmetric_, skew_, mass_;
+  bool has_inner_product_ = true;
   double factor_nonzeros_ = 0;
 };
 
@@ -67,10 +76,11 @@ std::optional<double> NarrowestAngle(SectorProof& proof, double shift) {
 
 }  // namespace
 
-std::optional<Sector> FindSector(const SparseMatrix& A, double horizon) {
+std::optional<Sector> FindSector(const SparseMatrix& A, double horizon, const SparseMatrix& E) {
   constexpr double kShifts[] = {0, 0.5, 1.5, 3};  // over the horizon each costs a factor of e^σ in rounding
   constexpr Index kFewNodes = 160;                   // not worth a search for less
-  SectorProof proof(A);
+  SectorProof proof(A, E);
+  if (!proof.has_inner_product()) return std::nullopt;
   std::optional<Sector> best;
   Index fewest = std::numeric_limits<Index>::max();
   for (const double growth : kShifts) {

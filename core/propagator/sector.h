@@ -26,10 +26,13 @@ struct Sector {
 // are positive semidefinite [Johnson 1978, Numerical determination of the field of values. SIAM J. Numer. Anal. 15,
 // 595-602]. Outside the sector ‖(zI - A)⁻¹‖₂ is at most 1 over the distance, even if A is far from normal.
 //
-// Empty if there is no such sector with σ <= 3 / horizon and α <= 1.35: the solutions grow too much, or oscillate too
-// fast for their decay.
+// With a symmetric positive definite mass matrix E the field of values is that of the pencil, { v*Av : v*Ev = 1 }: E
+// takes the place of I, and the resolvent is (zE - A)⁻¹ in the norm of E. `E` with 0 rows stands for the identity.
+//
+// Empty if E is no such matrix, or if there is no such sector with σ <= 3 / horizon and α <= 1.35: the solutions grow
+// too much, or oscillate too fast for their decay.
 // Cost: some ten factorizations.
-std::optional<Sector> FindSector(const SparseMatrix& A, double horizon);
+std::optional<Sector> FindSector(const SparseMatrix& A, double horizon, const SparseMatrix& E = {});
 
 }  // namespace dlcs
 

@@ -86,9 +86,10 @@ class ShapeCheck {
 
 absl::Status CheckShapes(const v1::Problem& problem, const SessionLimits& limits) {
   ShapeCheck check(limits);
-  for (const std::int64_t count : {ShapeOf(problem.a()).rows, ShapeOf(problem.a()).columns, ShapeOf(problem.b()).rows,
-                                   ShapeOf(problem.n()).columns, ShapeOf(problem.f().lift()).rows,
-                                   ShapeOf(problem.f().lift()).columns, ShapeOf(problem.g().lift()).columns}) {
+  for (const std::int64_t count :
+       {ShapeOf(problem.a()).rows, ShapeOf(problem.a()).columns, ShapeOf(problem.e()).rows,
+        ShapeOf(problem.e()).columns, ShapeOf(problem.b()).rows, ShapeOf(problem.n()).columns,
+        ShapeOf(problem.f().lift()).rows, ShapeOf(problem.f().lift()).columns, ShapeOf(problem.g().lift()).columns}) {
     check.States(count);
   }
   for (const std::int64_t count :
@@ -97,6 +98,7 @@ absl::Status CheckShapes(const v1::Problem& problem, const SessionLimits& limits
     check.Constraints(count);
   }
   check.Dense(problem.a());
+  check.Dense(problem.e());
   return check.status();
 }
 

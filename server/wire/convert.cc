@@ -106,7 +106,8 @@ void CheckSharedMatrices(const v1::Problem& base, const FormulaParameters& befor
     }
     return false;
   };
-  for (const auto& [name, matrix] : {std::pair("A", &base.a()), {"B", &base.b()}, {"N", &base.n()}, {"M", &base.m()}}) {
+  for (const auto& [name, matrix] :
+       {std::pair("A", &base.a()), {"B", &base.b()}, {"N", &base.n()}, {"M", &base.m()}, {"E", &base.e()}}) {
     if (!differs(matrix->dense().formulas()) && !differs(matrix->sparse().formulas())) continue;
     violations.push_back(
         {field, fmt::format("change {}, which all members of an ensemble share; solve them one by one", name)});
@@ -187,6 +188,7 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
   result.horizon = problem.horizon();
   result.break_points.assign(problem.break_points().begin(), problem.break_points().end());
   result.rule = RuleFromProto(problem.rule(), violations);
+  if (problem.has_e()) result.E = StructuredMatrixFromProto(problem.e(), "E", violations, &parameters);
   if (problem.has_selector())
     result.selector = SelectorFromProto(problem.selector(), DeclaredRows(problem.m()), violations);
   return result;
@@ -277,6 +279,7 @@ v1::Problem ToProto(const Problem& problem) {
     *result.mutable_selector()->mutable_c() = ToProto(problem.selector->C);
     Append(problem.selector->b, *result.mutable_selector()->mutable_b());
   }
+  if (problem.has_mass()) *result.mutable_e() = ToProto(problem.E);
   return result;
 }
 

@@ -34,6 +34,7 @@ SYSTEM = {
     "B": np.array([[1.0], [0.5]]),
     "N": np.array([[1.0, 0.1]]),
     "M": np.array([[2.0]]),
+    "E": np.array([[1.7, 0.4], [0.2, 1.1]]),
     "f": np.array([0.7, -0.1]),
     "g": np.array([-1.3]),
     "x0": np.array([1.0, 1 / 3]),
@@ -290,7 +291,7 @@ class ArrayFilesTest(unittest.TestCase):
         for reference, words in (
             ({"file": "none.mat", "variable": "A"}, "none.mat: there is no such file"),
             ({"file": mat, "variable": "a"}, f'{mat}: has no variable "a"; it holds A, B, N'),
-            ({"file": npz}, f"{npz}: holds 8 variables (A, B, N, M, f, g, x0, T)"),
+            ({"file": npz}, f"{npz}: holds 9 variables (A, B, N, M, E, f, g, x0, T)"),
             ({"file": mat, "variable": "word"}, f"{mat}: word is text; must be an array of numbers"),
             ({"file": "system.json"}, "system.json: is neither an .npy, an .npz nor a .mat file"),
             ({"file": "list.npy"}, "A is an array of 1 dimension; must be a matrix"),

@@ -104,6 +104,19 @@ class SolveTest(unittest.TestCase):
         two = dlcs.solve(**FOUR_ONE, f=["1.2*sin(10*t)", "0"], steps=200)
         np.testing.assert_allclose(one.x, two.x, rtol=0, atol=1e-12)
 
+    def test_takes_a_mass_matrix(self):
+        import scipy.sparse
+
+        mass = np.array([[2.0, 0.5], [0.5, 1.0]])
+        f = np.array([0.3, -0.1])
+        weighted = FOUR_ONE | {name: mass @ np.array(FOUR_ONE[name], dtype=float) for name in "AB"}
+        plain = dlcs.solve(**FOUR_ONE, f=f, tol=1e-9)
+        for E in (mass, scipy.sparse.csr_matrix(mass)):
+            sol = dlcs.solve(**weighted, E=E, f=mass @ f, tol=1e-9)
+            np.testing.assert_allclose(sol.x[:, -1], plain.x[:, -1], rtol=0, atol=1e-8)
+        with self.assertRaisesRegex(dlcs.InvalidArgument, "rows 0 and 1 depend on each other"):
+            dlcs.solve(**weighted, E=[[1, 2], [2, 4]], f=f)
+
     def test_no_solution_is_no_exception(self):
         sol = dlcs.solve([[0]], [[1]], [[1]], [[0]], f=[-1], x0=[-1], t_span=(0, 1))
         self.assertFalse(sol.success)

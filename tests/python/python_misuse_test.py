@@ -58,6 +58,7 @@ class ArgumentsTest(unittest.TestCase):
         + (sparse.csr_matrix([[1j]]), sparse.csr_matrix((2, 2)), np.broadcast_to(0.0, (40_000, 40_000))),
         "M": ([], [[]], np.zeros((0, 0)), sparse.csr_matrix((0, 0))),
         "x0": (None, "1", [], [[1]], [1j]),
+        "E": ("text", [], [[1, 2]], [[1j]]),
         "t_span": (None, 5, "01", ("a", "b"), (0, 1, 2), (1, 0), (0, 0), (0, NAN), (-INF, 0), [(0, 1)]),
         "t_eval": ([], "abc", [[0, 1]], [NAN], [0.5, 0.5], [-1, 0.5], [2]),
         "breaks": (None, ["a"], [NAN], [[0.5]]),

@@ -21,11 +21,12 @@ namespace dlcs::client {
 namespace {
 
 // What files call fields of a problem, and parts of their paths.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kFileNames = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 9> kFileNames = {{
     {"a", "A"},
     {"b", "B"},
     {"n", "N"},
     {"m", "M"},
+    {"e", "E"},
     {"w", "W"},
     {"horizon", "T"},
     {"state_names", "states"},

@@ -72,9 +72,8 @@ struct DcpCommand {
 };
 
 struct ModelCommand {
-  bool is_on_grid = false;  // else input-output
-  GridModel grid;
-  std::string path;    // of an input-output model's file; "-" is standard input
+  ModelOptions options;
+  std::string path;    // of an input-output model or a mesh; "-" is standard input
   std::string output;  // empty is standard output
 };
 

@@ -28,9 +28,11 @@ void PrintFile(const nlohmann::ordered_json& file, std::FILE* out) {
 }
 
 absl::StatusOr<nlohmann::ordered_json> MakeFile(const ModelCommand& command) {
-  if (command.is_on_grid) return ModelOnGrid(command.grid);
+  const bool reads_file = command.options.kind == ModelKind::kInputOutput || command.options.kind == ModelKind::kHeat;
+  if (!reads_file) return ModelOnGrid(command.options);
   const auto text = ReadTextFile(command.path);
   if (!text.ok()) return text.status();
+  if (command.options.kind == ModelKind::kHeat) return ModelOnMesh(command.options, *text, SourceName(command.path));
   auto model = ModelInputOutput(*text, SourceName(command.path));
   if (!model.ok()) return model.status();
   PrintSection(model->section, Detail::kBrief, WidthOf(stderr), stderr);

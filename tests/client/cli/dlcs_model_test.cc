@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/client/cli/program.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
@@ -123,6 +124,27 @@ TEST(DlcsModelTest, MakesProblemsOnGridsThatItThenSolves) {
     EXPECT_EQ(solved.code, 0) << model << solved.out << solved.err;
     EXPECT_THAT(solved.out, HasSubstr("SOLVED")) << model;
   }
+}
+
+TEST(DlcsModelTest, MakesAProblemOfAMeshThatItThenSolves) {
+  const std::string mesh = testing::ProjectPath("deploy/examples/plate.msh");
+  const ProgramOutcome made = RunDlcs("model heat " + mesh + " --contact wall --fixed lid");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const auto problem = nlohmann::json::parse(made.out);
+  EXPECT_TRUE(problem.contains("E"));
+  EXPECT_EQ(problem["annotations"]["nodes"].size(), problem["x0"].size());
+  EXPECT_EQ(problem["x0"].size(), 60u);
+  const ProgramOutcome solved = SolveText(made.out, "--at 1 --quiet");
+  EXPECT_EQ(solved.code, 0) << solved.out << solved.err;
+  EXPECT_THAT(solved.out, HasSubstr("SOLVED"));
+
+  EXPECT_THAT(RunDlcs("model heat " + mesh).err, HasSubstr("--contact: missing; must name a physical group"));
+  EXPECT_THAT(RunDlcs("model heat " + mesh + " --contact wll").err,
+              HasSubstr("--contact: \"wll\"; the mesh has no physical group of lines"));
+  EXPECT_THAT(RunDlcs("model heat --contact wall").err, HasSubstr("FILE: is required for heat"));
+  EXPECT_THAT(RunDlcs("model heat " + mesh + " --contact wall --load 'sin('").err, HasSubstr("--load"));
+  EXPECT_THAT(RunDlcs("model heat - --contact wall", "echo 'solid body' | ").err,
+              HasSubstr("standard input:1: \"solid\"; must be $MeshFormat"));
 }
 
 TEST(DlcsModelTest, NamesTheOptionThatIsWrong) {

@@ -52,6 +52,16 @@ TEST(ProblemFileTest, KeepsEveryNumberInItsPlace) {
   EXPECT_EQ(file->name, "two tanks");
 }
 
+TEST(ProblemFileTest, TakesAMassMatrix) {
+  const auto file = ParseProblem(Example({{"E", {{2, 0.5}, {0.5, "4*c"}}}, {"parameters", {{"c", 1}}}}), "p.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_EQ(file->problem.e().dense().rows(), 2);
+  EXPECT_EQ(file->problem.e().dense().formulas_size(), 1);
+  EXPECT_FALSE(ParseProblem(Example(), "p.json")->problem.has_e());
+  EXPECT_EQ(ProblemJson(file->problem).at("E").at(0).at(0), 2);
+  EXPECT_THAT(ErrorOf(Example({{"E", 2}})), HasSubstr("E"));
+}
+
 TEST(ProblemFileTest, TakesMissingSourcesAsZero) {
   const auto file = ParseProblem(Example({{"f", nullptr}, {"g", nullptr}}), "p.json");
   ASSERT_TRUE(file.ok()) << file.status();

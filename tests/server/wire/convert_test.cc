@@ -42,6 +42,7 @@ Problem EveryKindOfPiece() {
   problem.horizon = 4;
   problem.break_points = {0.5, 1.5};
   problem.rule = SolutionRule::kLeastElement;
+  problem.E = Matrix{{2, 1}, {0, 3}};
   return problem;
 }
 
@@ -67,6 +68,7 @@ TEST(ConvertTest, ProblemSurvivesTheRoundTrip) {
   EXPECT_THAT(violations, IsEmpty());
   EXPECT_EQ(back.A.Dense(), problem.A.Dense());
   EXPECT_EQ(back.N.Dense(), problem.N.Dense());
+  EXPECT_EQ(back.E.Dense(), problem.E.Dense());
   EXPECT_EQ(back.rule, problem.rule);
   EXPECT_EQ(std::get<SampledFunction>(back.f.pieces[2].function).values,
             std::get<SampledFunction>(problem.f.pieces[2].function).values);

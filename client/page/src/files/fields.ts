@@ -9,6 +9,7 @@ const keys: {[field: string]: string} = {
   n: 'N',
   m: 'M',
   w: 'W',
+  e: 'E',
   horizon: 'T',
   state_names: 'states',
   pair_names: 'pairs',

@@ -89,6 +89,7 @@ function readLinear(root: JsonObject, reader: Reader): ProblemFile {
   problem.b = matrixAt('B', 'it must hold m rows with a value per complementarity pair');
   problem.n = matrixAt('N', 'it must hold a row per complementarity pair with m values');
   problem.m = matrixAt('M', 'it must hold the n rows of the complementarity matrix');
+  if ('E' in root) problem.e = readMatrix(root.E, ['E'], reader, /*mayHaveFormulas=*/ true) ?? undefined;
   const states = shapeOf(problem.a).rows;
   const pairs = shapeOf(problem.m).rows;
   const {f, g} = readSources(root, states, pairs, reader);

@@ -207,6 +207,7 @@ def solve(A: Any, B: Any, N: Any, M: Any, f: Any = None, g: Any = None, **kwargs
       f, g: m and n numbers, formulas in t ("sin(3*t)"), a callable t -> array, or None for zero.
       x0: m values.
       t_span: (begin, end).
+      E: m x m, nonsingular: solves E x' = A x + B y + f(t). The identity if None.
       t_eval: the times of the result, increasing; every node of the grid if not given.
       tol: the largest error of each component of x, relative to its largest value; 1e-6 if neither it nor steps are
         given.

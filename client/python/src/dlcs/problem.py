@@ -113,6 +113,7 @@ def solve_request(
     *,
     x0: Any,
     t_span: Sequence[float],
+    E: Any = None,
     t_eval: Optional[Sequence[float]] = None,
     tol: Optional[float] = None,
     breaks: Sequence[float] = (),
@@ -143,6 +144,9 @@ def solve_request(
     matrix_n, _ = _matrix("N", N, n, m)
     for target, value in ((problem.a, a), (problem.b, b), (problem.n, matrix_n), (problem.m, matrix_m)):
         target.CopyFrom(value)
+    if E is not None:
+        mass, _ = _matrix("E", E, m, m)
+        problem.e.CopyFrom(mass)
     problem.x0.extend(x0)
     problem.horizon = end - begin
     problem.break_points.extend(sorted(float(t) - begin for t in breaks if begin < t < end))

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem/mass_matrix.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/linalg/norms.h"
+#include "core/linalg/sparse_factor.h"
+
+namespace dlcs {
+namespace {
+
+using Columns = std::function<Matrix(const Matrix& columns)>;
+
+// Solves with E. Rows and columns of E are scaled to entries of about one, since states have units.
+class MassFactor {
+ public:
+  explicit MassFactor(SparseMatrix E) : rows_(Vector::Ones(E.rows())), columns_(rows_), scaled_(std::move(E)) {
+    constexpr int kSweeps = 3;
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      Vector row = Vector::Zero(scaled_.rows()), column = Vector::Zero(scaled_.cols());
+      ForEntries([&](Index i, Index j, double& value) {
+        row[i] = std::max(row[i], std::abs(value));
+        column[j] = std::max(column[j], std::abs(value));
+      });
+      const auto inverse_root = [](double size) { return size > 0 ? 1 / std::sqrt(size) : 1; };
+      row = row.unaryExpr(inverse_root);
+      column = column.unaryExpr(inverse_root);
+      ForEntries([&](Index i, Index j, double& value) { value *= row[i] * column[j]; });
+      rows_.array() *= row.array();
+      columns_.array() *= column.array();
+    }
+    factor_.emplace(Factor(0));
+  }
+
+  bool is_regular() const { return factor_->is_regular(); }
+
+  Matrix Solve(const Matrix& right) const { return columns_.asDiagonal() * factor_->Solve(rows_.asDiagonal() * right); }
+
+  // The largest components of a vector v with v'E = 0, or E v = 0 with `of_columns`, in increasing order; empty where
+  // none is found. Inverse iteration with a small shift.
+  std::vector<Index> Dependent(bool of_columns) const {
+    constexpr double kShift = 1e-9, kZero = 1e-7, kCounts = 0.05;
+    constexpr int kIterations = 4;
+    SparseMatrix E = scaled_;
+    if (!of_columns) E = SparseMatrix(scaled_.transpose());
+    const SparseFactor<double> factor(E, SparseOrder(E), kShift, -1);
+    Vector v = Vector::LinSpaced(E.rows(), 1, 1.5);
+    for (int k = 0; k < kIterations && factor.is_regular(); ++k) v = factor.Solve(v).normalized();
+    if (!factor.is_regular() || !(MaxAbs(E * v) <= kZero * MaxAbs(v))) return {};
+    const double least = kCounts * MaxAbs(v);
+    std::vector<Index> found;
+    for (Index i = 0; i < v.size(); ++i) {
+      if (std::abs(v[i]) > least) found.push_back(i);
+    }
+    return found;
+  }
+
+ private:
+  template <typename Function>
+  void ForEntries(Function function) {
+    for (Index j = 0; j < scaled_.outerSize(); ++j) {
+      for (SparseMatrix::InnerIterator entry(scaled_, j); entry; ++entry) function(entry.row(), j, entry.valueRef());
+    }
+  }
+
+  SparseFactor<double> Factor(double shift) const { return {scaled_, SparseOrder(scaled_), shift, -1}; }
+
+  Vector rows_, columns_;
+  SparseMatrix scaled_;
+  std::optional<SparseFactor<double>> factor_;
+};
+
+// "row 3", "rows 3 and 5", "rows 3, 5, 7 and 20 more".
+std::string Listed(const char* what, const std::vector<Index>& indices) {
+  constexpr std::size_t kMost = 6;
+  std::string text = std::string(what) + (indices.size() > 1 ? "s " : " ");
+  const std::size_t shown = std::min(indices.size(), kMost);
+  for (std::size_t k = 0; k < shown; ++k) {
+    const bool last = k + 1 == indices.size();
+    text += (k == 0 ? "" : last ? " and " : ", ") + std::to_string(indices[k]);
+  }
+  if (indices.size() > shown) text += " and " + std::to_string(indices.size() - shown) + " more";
+  return text;
+}
+
+std::vector<Index> ZerosOf(const Vector& sizes) {
+  std::vector<Index> zeros;
+  for (Index i = 0; i < sizes.size(); ++i) {
+    if (sizes[i] == 0) zeros.push_back(i);
+  }
+  return zeros;
+}
+
+// E⁻¹ `source`. Formulas stay as they are, behind a lift.
+TimeFunction Mapped(const TimeFunction& source, Index size, const Columns& map) {
+  if (source.is_lifted()) return {.pieces = source.pieces, .lift = map(source.lift.Dense())};
+  TimeFunction mapped = source;
+  for (TimeFunction::Piece& piece : mapped.pieces) {
+    if (auto* constant = std::get_if<ConstantFunction>(&piece.function)) {
+      constant->value = map(constant->value);
+    } else if (auto* samples = std::get_if<SampledFunction>(&piece.function)) {
+      samples->values = map(samples->values);
+    } else if (auto* polynomial = std::get_if<PiecewisePolynomial>(&piece.function)) {
+      for (Matrix& coefficients : polynomial->coefficients) coefficients = map(coefficients);
+    } else {
+      return {.pieces = source.pieces, .lift = map(Matrix::Identity(size, size))};
+    }
+  }
+  return mapped;
+}
+
+// The system with row i divided by E_ii.
+Problem DividedByDiagonal(const Problem& problem) {
+  const SparseMatrix E = problem.E.Sparse();
+  const Vector inverse = E.diagonal().cwiseInverse();
+  const auto map = [&](const Matrix& columns) -> Matrix { return inverse.asDiagonal() * columns; };
+  Problem divided = problem;
+  divided.E = {};
+  for (StructuredMatrix* matrix : {&divided.A, &divided.B}) {
+    *matrix = matrix->is_dense() ? StructuredMatrix(map(matrix->Dense()))
+                                 : StructuredMatrix(SparseMatrix(inverse.asDiagonal() * matrix->Sparse()));
+  }
+  const KroneckerSum* sum = problem.A.kronecker_sum();
+  if (sum != nullptr && (inverse.array() == inverse[0]).all()) {
+    KroneckerSum scaled = *sum;
+    for (SparseMatrix& factor : scaled.factors) factor *= inverse[0];
+    divided.A = std::move(scaled);
+  }
+  divided.f = Mapped(problem.f, inverse.size(), map);
+  if (divided.f.is_lifted() && !(problem.f.is_lifted() && problem.f.lift.is_dense())) {
+    divided.f.lift = divided.f.lift.Sparse();
+  }
+  return divided;
+}
+
+}  // namespace
+
+std::string WhySingular(const StructuredMatrix& E) {
+  const std::string what = "singular, so that E x' does not determine x': ";
+  const Vector ones = Vector::Ones(E.rows());
+  if (const auto zeros = ZerosOf(E.AbsTimes(ones)); !zeros.empty()) {
+    return what + Listed("row", zeros) + (zeros.size() > 1 ? " are" : " is") +
+           " zero. Such a row is an algebraic equation; eliminate a state by it";
+  }
+  const SparseMatrix sparse = E.Sparse();
+  if (const auto zeros = ZerosOf(SparseMatrix(sparse.cwiseAbs()).transpose() * ones); !zeros.empty()) {
+    return what + Listed("column", zeros) + (zeros.size() > 1 ? " are" : " is") + " zero";
+  }
+  const MassFactor factor(sparse);
+  if (factor.is_regular()) return "";
+  std::vector<Index> dependent = factor.Dependent(/*of_columns=*/false);
+  const char* kind = "row";
+  if (dependent.empty()) {
+    dependent = factor.Dependent(/*of_columns=*/true);
+    kind = "column";
+  }
+  if (dependent.empty()) return what + "it is singular to working precision";
+  return what + Listed(kind, dependent) + " depend on each other to working precision";
+}
+
+bool IsDiagonal(const StructuredMatrix& E) {
+  const SparseMatrix sparse = E.Sparse();
+  for (Index j = 0; j < sparse.outerSize(); ++j) {
+    for (SparseMatrix::InnerIterator entry(sparse, j); entry; ++entry) {
+      if (entry.row() != j && entry.value() != 0) return false;
+    }
+  }
+  return true;
+}
+
+Matrix SolveMass(const Problem& problem, const Matrix& columns) {
+  if (!problem.has_mass()) return columns;
+  return MassFactor(problem.E.Sparse()).Solve(columns);
+}
+
+Problem WithoutMass(const Problem& problem) {
+  if (!problem.has_mass()) return problem;
+  if (IsDiagonal(problem.E)) return DividedByDiagonal(problem);
+  const MassFactor factor(problem.E.Sparse());
+  const auto map = [&](const Matrix& columns) { return factor.Solve(columns); };
+  Problem multiplied = problem;
+  multiplied.E = {};
+  multiplied.A = map(problem.A.Dense());
+  multiplied.B = map(problem.B.Dense());
+  multiplied.f = Mapped(problem.f, problem.num_states(), map);
+  return multiplied;
+}
+
+}  // namespace dlcs
