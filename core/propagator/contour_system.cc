@@ -26,8 +26,8 @@ constexpr Index kColumnsAtOnce = 8;
 constexpr Index kPartialSums = 4;
 constexpr double kPartialSumBytes = 1e9;
 
-// The factors of zI - A: twice as many numbers as the Cholesky factor, complex, with their indices.
-double FactorBytes(const Sector& sector) { return 2 * sector.factor_nonzeros * 20; }
+// The factors of zE - A: twice as many numbers as the Cholesky factor, complex, with their indices and some room.
+double FactorBytes(const Sector& sector) { return 1.3 * 2 * sector.factor_nonzeros * 20; }
 
 // The size of the cache that holds values for some step lengths if the caller provides none.
 constexpr double kOwnSetupBytes = 1e8;
@@ -66,8 +66,12 @@ std::unique_ptr<ContourSystem> ContourSystem::Create(const Problem& problem, con
   }
   const double columns = static_cast<double>(problem.num_constraints() + kNarrowLift);
   const double m = static_cast<double>(problem.num_states());
-  const double threads = static_cast<double>(Workers(options.num_threads).max_threads());
-  const double needed = threads * (FactorBytes(*sector) + 6 * 16 * m * kColumnsAtOnce) + 8 * m * columns;
+  const int threads = Workers(options.num_threads).max_threads();
+  const double each = FactorBytes(*sector) + 6 * 16 * m * kColumnsAtOnce, all = 8 * m * columns;
+  // As many at once as fit into half of the memory, so that factors can be kept in the rest.
+  const double fitting = std::floor((options.max_memory / 2 - all) / each);
+  const int at_once = static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(threads)));
+  const double needed = at_once * each + all;
   if (needed > options.max_memory) {
     why_not = "the sparse factors on a contour need some " + FormatNumber(needed) +
               " bytes, more than max_memory = " + FormatNumber(options.max_memory);
@@ -75,11 +79,11 @@ std::unique_ptr<ContourSystem> ContourSystem::Create(const Problem& problem, con
   }
   // Takes half of the remaining memory. The states and the trajectory need the rest.
   return std::unique_ptr<ContourSystem>(
-      new ContourSystem(problem, *sector, needed, (options.max_memory - needed) / 2, setups));
+      new ContourSystem(problem, *sector, needed, (options.max_memory - needed) / 2, at_once, threads, setups));
 }
 
 ContourSystem::ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes,
-                             SetupCache* setups)
+                             int at_once, int threads, SetupCache* setups)
     : N_(problem.N.Sparse()),
       B_(problem.B.Sparse()),
       E_(problem.E),
@@ -92,7 +96,9 @@ ContourSystem::ContourSystem(const Problem& problem, const Sector& sector, doubl
       kept_bytes_(kept_bytes),
       resolvent_(problem.A.Sparse(), problem.E.Sparse(), kept_bytes),
       matrices_(KeyOf(problem, sector, keeps_lift_)),
-      setups_(setups, kOwnSetupBytes) {}
+      setups_(setups, kOwnSetupBytes),
+      few_workers_(at_once < threads ? std::make_unique<Workers>(at_once) : nullptr),
+      at_once_(at_once) {}
 
 StepContours ContourSystem::MakeContours(double step, Index steps) const {
   const double angle = sector_.angle, shift = sector_.shift * step;
@@ -129,7 +135,7 @@ std::vector<TransferValues> ContourSystem::Visit(double step, const StepContours
   for (const Matrix& columns : groups) {
     values.emplace_back(static_cast<std::size_t>(contours.size()), Eigen::MatrixXcd(N_.rows(), columns.cols()));
   }
-  workers.ForBlocks(contours.size(), 1, [&](Index, Index p, Index) {
+  (few_workers_ ? *few_workers_ : workers).ForBlocks(contours.size(), 1, [&](Index, Index p, Index) {
     if (stop.stop_requested()) return;
     const ContourNode& node = contours.node(p);
     const auto factor = resolvent_.At(node.z / step);
@@ -274,7 +280,7 @@ Matrix ContourSystem::States(const Vector& x, const RunSources& sources, const M
   const Index parts = 8.0 * kPartialSums * static_cast<double>(m * outputs) <= kPartialSumBytes ? kPartialSums : 1;
   std::vector<Matrix> sums(static_cast<std::size_t>(parts), no_states);
   const Index in_part = (contours.size() + parts - 1) / parts;
-  workers.ForBlocks(contours.size(), in_part, [&](Index part, Index begin, Index end) {
+  (few_workers_ ? *few_workers_ : workers).ForBlocks(contours.size(), in_part, [&](Index part, Index begin, Index end) {
     Eigen::MatrixXcd excited(n + r + 1, outputs);
     for (Index p = begin; p < end && !stop.stop_requested(); ++p) {
       const ContourNode& node = contours.node(p);
@@ -312,6 +318,10 @@ PropagatorRecord ContourSystem::record() const {
   record.reason = "A is sparse, m = " + std::to_string(x0_.size()) + ", with " + std::to_string(N_.rows()) +
                   " constraints; its field of values lies in a sector of angle " + FormatNumber(sector_.angle) +
                   " from " + FormatNumber(sector_.shift);
+  if (few_workers_) {
+    const std::string count = at_once_ == 1 ? "one factorization" : std::to_string(at_once_) + " factorizations";
+    record.reason += "; max_memory allows " + count + " at a time";
+  }
   record.factorizations = resolvent_.factorizations();
   for (const auto& values : steps_) {
     record.terms += values->contours.size();

@@ -73,7 +73,8 @@ class SparseResolvent {
 // The contours enclose a sector that is proven to contain the field of values (core/propagator/sector.h).
 class ContourSystem final : public Propagator {
  public:
-  // Null if the spectrum has no contour over [0, T], or if the factors do not fit into memory; `why_not` says which.
+  // Null if the spectrum has no contour over [0, T], or if the factors of one node do not fit into memory; `why_not`
+  // says which. Options::max_memory decides how many nodes are factored at the same time.
   // `setups` may be null; otherwise it must outlive the system.
   static std::unique_ptr<ContourSystem> Create(const Problem& problem, const Options& options, std::string& why_not,
                                                SetupCache* setups = nullptr);
@@ -103,9 +104,10 @@ class ContourSystem final : public Propagator {
     Matrix signal;
   };
 
-  // `needed_bytes` are always in use; kept factors use at most `kept_bytes`.
-  ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes,
-                SetupCache* setups);
+  // `needed_bytes` are always in use, for `at_once` factorizations at the same time, of as many as `threads` allow;
+  // kept factors use at most `kept_bytes`.
+  ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes, int at_once,
+                int threads, SetupCache* setups);
 
   StepContours MakeContours(double step, Index steps) const;
   // Null where `stop` was requested.
@@ -130,6 +132,8 @@ class ContourSystem final : public Propagator {
   SparseResolvent resolvent_;
   SetupKey matrices_;
   SharedSetups setups_;
+  const std::unique_ptr<Workers> few_workers_;  // where memory holds the factors of fewer nodes than there are threads
+  const int at_once_;
   std::vector<std::unique_ptr<StepValues>> steps_;
   struct KeptKernel {
     double step;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole solves of sparse systems: propagated on contours, stepped, and refused where they fit nowhere.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <complex>
@@ -179,6 +180,12 @@ TEST(LargeSparseTest, PredictsTheMemoryOfContours) {
   EXPECT_GT(tight.propagator.factorizations, tight.propagator.terms);
   EXPECT_LE(tight.cost.predicted_bytes, options.max_memory);
   EXPECT_EQ(tight.x, solution.x);
+
+  options.num_threads = 2;  // and fewer are made at a time
+  options.max_memory = 4 * factor.bytes();
+  const Solution few = SolveToEnd(problem, options);
+  EXPECT_THAT(few.propagator.reason, ::testing::EndsWith("max_memory allows one factorization at a time"));
+  EXPECT_EQ(few.x, solution.x);
 }
 
 // M = 0 asks for the relative degree, which must not write A down.
