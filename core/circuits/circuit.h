@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// A circuit of linear elements, independent sources, ideal diodes and switches, as data.
+
+#ifndef DLCS_CORE_CIRCUITS_CIRCUIT_H_
+#define DLCS_CORE_CIRCUITS_CIRCUIT_H_
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/circuits/waveform.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+enum class ElementKind {
+  kResistor,       // value: ohms, above 0
+  kCapacitor,      // value: farads, above 0
+  kInductor,       // value: henries, above 0
+  kVoltageSource,  // source: volts
+  kCurrentSource,  // source: amperes
+  kVcvs,           // E: voltage = value (V(control_plus) - V(control_minus))
+  kVccs,           // G: current = value (V(control_plus) - V(control_minus))
+  kCcvs,           // H: voltage = value i(control_element)
+  kCccs,           // F: current = value i(control_element)
+  kDiode,          // from plus (anode) to minus (cathode)
+  kSwitch,         // closed or open, as its control says
+};
+
+// Piecewise linear: no current below `forward`, then `on_resistance`. With a breakdown the same backwards.
+struct DiodeModel {
+  double forward = 0;        // V
+  double on_resistance = 0;  // ohms, >= 0
+  double off_resistance = std::numeric_limits<double>::infinity();
+  std::optional<double> breakdown = {};  // V, > 0
+  double breakdown_resistance = 0;       // ohms, >= 0
+};
+
+// Closes where its control rises above threshold + hysteresis, opens where it falls below threshold - hysteresis.
+struct SwitchModel {
+  double threshold = 0;   // V or A
+  double hysteresis = 0;  // >= 0
+  double on_resistance = 1;
+  double off_resistance = std::numeric_limits<double>::infinity();
+  bool starts_closed = false;  // where the control starts between the two levels
+};
+
+struct Element {
+  std::string name;  // as the user wrote it, unique without regard to case
+  ElementKind kind = ElementKind::kResistor;
+  Index plus = 0, minus = 0;  // nodes; the current flows from plus through the element to minus
+  double value = 0;
+  std::optional<double> initial = {};  // V or A at 0, of capacitors and inductors
+  Waveform source = {};
+  Index control_plus = 0, control_minus = 0;  // of E, G and switches
+  Index control_element = -1;                 // of F, H and switches that a current controls: a voltage source
+  DiodeModel diode = {};
+  SwitchModel switching = {};
+  std::string place = {};  // where it was read, as in "buck.cir:7"; empty if unknown
+};
+
+// Inductors `first` and `second` share flux: mutual inductance value √(L1 L2), 0 < |value| < 1.
+struct Coupling {
+  std::string name;
+  Index first = 0, second = 0;
+  double value = 0;
+};
+
+// V(node) = volts at 0.
+struct NodeVoltage {
+  Index node = 0;
+  double volts = 0;
+};
+
+struct Circuit {
+  std::vector<std::string> nodes;  // [0] is ground
+  std::vector<Element> elements;
+  std::vector<Coupling> couplings;
+  double horizon = 0;  // s, > 0
+  // The start: the operating point at 0 with these node voltages; or, with `uses_initial_conditions`, what `initial` of
+  // the elements says, else the difference of given node voltages, else 0.
+  std::vector<NodeVoltage> node_voltages;
+  bool uses_initial_conditions = false;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_CIRCUITS_CIRCUIT_H_

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/circuits/circuit_problem.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <numbers>
+
+#include "core/linalg/norms.h"
+#include "tests/support/solving.h"
+
+namespace dlcs {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::SolveForEnd;
+
+Element Part(ElementKind kind, const char* name, Index plus, Index minus, double value) {
+  return {.name = name, .kind = kind, .plus = plus, .minus = minus, .value = value};
+}
+Element Resistor(const char* name, Index plus, Index minus, double ohms) {
+  return Part(ElementKind::kResistor, name, plus, minus, ohms);
+}
+Element Capacitor(const char* name, Index plus, Index minus, double farads) {
+  return Part(ElementKind::kCapacitor, name, plus, minus, farads);
+}
+Element Inductor(const char* name, Index plus, Index minus, double henries) {
+  return Part(ElementKind::kInductor, name, plus, minus, henries);
+}
+Element Source(const char* name, Index plus, Index minus, Waveform wave) {
+  Element element =
+      Part(name[0] == 'V' ? ElementKind::kVoltageSource : ElementKind::kCurrentSource, name, plus, minus, 0);
+  element.source = std::move(wave);
+  return element;
+}
+Element Diode(const char* name, Index anode, Index cathode, DiodeModel model) {
+  Element element = Part(ElementKind::kDiode, name, anode, cathode, 0);
+  element.diode = model;
+  return element;
+}
+
+Circuit CircuitOf(std::vector<std::string> nodes, std::vector<Element> elements, double horizon) {
+  Circuit circuit;
+  circuit.nodes = std::move(nodes);
+  circuit.elements = std::move(elements);
+  circuit.horizon = horizon;
+  return circuit;
+}
+
+std::string MessageOf(const Circuit& circuit) { return std::string(MakeCircuitProblem(circuit).status().message()); }
+
+TEST(CircuitProblemTest, ALowPassIsItsDifferentialEquation) {
+  Circuit circuit =
+      CircuitOf({"0", "in", "out"},
+                {Source("V1", 1, 0, ConstantWave{10}), Resistor("R1", 1, 2, 1e3), Capacitor("C1", 2, 0, 1e-6)}, 2e-3);
+  circuit.uses_initial_conditions = true;
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_THAT(made->state_names, ElementsAre("v_C1"));
+  EXPECT_NEAR(made->problem.A(0, 0), -1000, 1e-9);
+  const Solution solution = SolveForEnd(made->problem);
+  EXPECT_NEAR(solution.x(0, 0), 10 * (1 - std::exp(-2.0)), 1e-5);
+}
+
+TEST(CircuitProblemTest, TheOperatingPointIsAtRest) {
+  // 10 V over 1 and 3 kilohm, an inductor in series with the first.
+  const Circuit circuit = CircuitOf({"0", "in", "a", "out"},
+                                    {Source("V1", 1, 0, ConstantWave{10}), Inductor("L1", 1, 2, 1e-3),
+                                     Resistor("R1", 2, 3, 1e3), Resistor("R2", 3, 0, 3e3), Capacitor("C1", 3, 0, 1e-6)},
+                                    1e-3);
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_THAT(made->state_names, ElementsAre("i_L1", "v_C1"));
+  EXPECT_NEAR(made->problem.x0[0], 2.5e-3, 1e-15);
+  EXPECT_NEAR(made->problem.x0[1], 7.5, 1e-12);
+}
+
+TEST(CircuitProblemTest, ADiodeAtRestConductsAsTheComplementarityProblemSays) {
+  const auto start = [](double volts) {
+    const Circuit circuit =
+        CircuitOf({"0", "in", "out"},
+                  {Source("V1", 1, 0, ConstantWave{volts}), Diode("D1", 1, 2, {.forward = 0.7, .on_resistance = 1}),
+                   Resistor("R1", 2, 0, 9), Capacitor("C1", 2, 0, 1e-6)},
+                  1e-3);
+    const auto made = MakeCircuitProblem(circuit);
+    EXPECT_TRUE(made.ok()) << made.status();
+    return made.ok() ? made->problem.x0[0] : 0;
+  };
+  EXPECT_NEAR(start(10.7), 9, 1e-12);
+  EXPECT_EQ(start(-5), 0);
+}
+
+// A loop of a source and three capacitors has two states; the charge of the node between them is kept when the source
+// jumps.
+TEST(CircuitProblemTest, ALoopOfCapacitorsKeepsChargeWhenASourceJumps) {
+  const Circuit circuit =
+      CircuitOf({"0", "in", "a"},
+                {Source("V1", 1, 0, PulseWave{.low = 0, .high = 3, .delay = 1e-3, .width = 1}),
+                 Capacitor("C1", 1, 2, 1e-6), Capacitor("C2", 2, 0, 2e-6), Resistor("R1", 2, 0, 1e3)},
+                2e-3);
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  ASSERT_EQ(made->state_names.size(), 1);
+  EXPECT_THAT(made->state_names[0], ::testing::StartsWith("v0_"));
+  EXPECT_THAT(made->notes, ::testing::Contains(HasSubstr("do not show these impulses")));
+  // The jump of 3 V is divided by the capacitors: 1 V at the node between them, which R1 then discharges.
+  const Solution solution = SolveForEnd(made->problem);
+  const double out = (made->outputs.x_factors.row(1) * solution.x.col(0))(0);
+  const double of_source = made->outputs.sources.lift(1, 1) * 3;
+  EXPECT_NEAR(out + of_source, std::exp(-1.0 / 3), 1e-5);
+}
+
+TEST(CircuitProblemTest, ACutsetOfInductorsLosesAState) {
+  const Circuit circuit = CircuitOf({"0", "a", "b"},
+                                    {Source("I1", 0, 1, SineWave{.amplitude = 1, .frequency = 1000}),
+                                     Inductor("L1", 1, 2, 1e-3), Inductor("L2", 2, 0, 2e-3), Resistor("R1", 1, 0, 100)},
+                                    1e-3);
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  ASSERT_EQ(made->problem.num_states(), 1);
+  // (L1 + L2) i' = R (I - i)
+  EXPECT_NEAR(made->problem.A(0, 0), -100 / 3e-3, 1e-9);
+}
+
+TEST(CircuitProblemTest, DiodesAcrossEverythingMakeAPositiveSemidefiniteSkewOrSymmetricM) {
+  // A leg of two ideal diodes across a source, with an inductor: one is driven by its voltage, the other by its
+  // current.
+  const Circuit circuit = CircuitOf({"0", "p", "m", "o"},
+                                    {Source("V1", 1, 0, ConstantWave{10}), Diode("D1", 2, 1, {}), Diode("D2", 0, 2, {}),
+                                     Inductor("L1", 2, 3, 1e-3), Resistor("R1", 3, 0, 10)},
+                                    1e-3);
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->problem.M.Dense(), -made->problem.M.Dense().transpose());
+  EXPECT_EQ(std::abs(made->problem.M(0, 1)), 1);
+}
+
+// Passivity: y·w is the power into the network, and A, B, N, M in energy coordinates are passive.
+TEST(CircuitProblemTest, TheSystemIsPassive) {
+  const DiodeModel model = {.forward = 0.7, .on_resistance = 0.01, .off_resistance = 1e6};
+  const Circuit circuit = CircuitOf(
+      {"0", "a", "b", "c", "p", "o"},
+      {Source("V1", 1, 0, SineWave{.amplitude = 10, .frequency = 50}), Inductor("L1", 1, 2, 1e-3),
+       Diode("D1", 2, 4, model), Diode("D2", 0, 2, model), Capacitor("C1", 4, 0, 1e-4), Resistor("R1", 4, 5, 10),
+       Capacitor("C2", 5, 3, 1e-9), Resistor("R2", 3, 0, 1e7), Resistor("R3", 5, 0, 100)},
+      1e-3);
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  const Problem& problem = made->problem;
+  const Index m = problem.num_states(), n = problem.num_constraints();
+  Vector P(m);
+  for (Index k = 0; k < m; ++k) {
+    for (const Element& element : circuit.elements) {
+      if (made->state_names[static_cast<std::size_t>(k)].substr(2) == element.name) P[k] = element.value;
+    }
+  }
+  Matrix energy(m + n, m + n);
+  energy << P.asDiagonal() * problem.A.Dense() + problem.A.Dense().transpose() * P.asDiagonal(),
+      P.asDiagonal() * problem.B.Dense() - problem.N.Dense().transpose(),
+      (P.asDiagonal() * problem.B.Dense() - problem.N.Dense().transpose()).transpose(),
+      -problem.M.Dense() - problem.M.Dense().transpose();
+  const Vector unit = energy.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Matrix normal = unit.asDiagonal() * energy * unit.asDiagonal();
+  EXPECT_LE(Eigen::SelfAdjointEigenSolver<Matrix>(normal).eigenvalues().maxCoeff(), 1e-9);
+}
+
+TEST(CircuitProblemTest, RefusesWhatHasNoAnswer) {
+  const Element drive = Source("V1", 1, 0, ConstantWave{1}), load = Capacitor("C1", 1, 0, 1e-6);
+  EXPECT_THAT(MessageOf(CircuitOf({"0", "a"}, {drive, load, Source("V2", 1, 0, ConstantWave{2})}, 1)),
+              AllOf(HasSubstr("V1 and V2"), HasSubstr("loop of voltage sources")));
+  EXPECT_THAT(MessageOf(CircuitOf({"0", "a", "b", "c"}, {drive, load, Resistor("R1", 2, 3, 1)}, 1)),
+              AllOf(HasSubstr("nodes b and c"), HasSubstr("ground")));
+  EXPECT_THAT(MessageOf(CircuitOf({"0", "a", "b"}, {drive, load, Source("I1", 0, 2, ConstantWave{1})}, 1)),
+              AllOf(HasSubstr("node b"), HasSubstr("I1")));
+  EXPECT_THAT(MessageOf(CircuitOf({"0", "a", "b"}, {drive, Capacitor("C1", 1, 2, 1), Capacitor("C2", 2, 0, 1)}, 1)),
+              AllOf(HasSubstr("operating point"), HasSubstr("node b"), HasSubstr("C1 and C2")));
+  EXPECT_THAT(MessageOf(CircuitOf({"0", "a"}, {drive, Inductor("L1", 1, 0, 1)}, 1)),
+              AllOf(HasSubstr("V1 and L1"), HasSubstr("UIC")));
+  EXPECT_THAT(MessageOf(CircuitOf({"0", "a", "b"}, {drive, Diode("D1", 1, 2, {}), Capacitor("C1", 2, 0, 1)}, 1)),
+              AllOf(HasSubstr("does not determine"), HasSubstr("C1")));
+  EXPECT_THAT(MessageOf(CircuitOf({"0", "a"}, {drive, load, Diode("D1", 1, 0, {})}, 1)),
+              AllOf(HasSubstr("no operating point"), HasSubstr("D1")));
+}
+
+TEST(CircuitProblemTest, ASwitchKeepsTheMatricesAndItsGateIsInG) {
+  Element closing = Part(ElementKind::kSwitch, "S1", 1, 2, 0);
+  closing.switching = {.threshold = 0.5, .on_resistance = 1};
+  closing.control_plus = 3;
+  Circuit circuit = CircuitOf(
+      {"0", "in", "out", "g"},
+      {Source("V1", 1, 0, ConstantWave{10}), closing, Capacitor("C1", 2, 0, 1e-3), Resistor("R1", 2, 0, 1e3),
+       Source("Vg", 3, 0, PulseWave{.low = 0, .high = 1, .delay = 1e-3, .rise = 2e-6, .fall = 2e-6, .width = 1})},
+      2e-3);
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_THAT(made->pair_names, ElementsAre("S1_forward", "S1_backward"));
+  const Solution solution = SolveForEnd(made->problem);
+  // Closed from the middle of the ramp on: τ = C (1 || 1000).
+  const double to = 10 * 1000.0 / 1001, rate = 1e3 * (1 + 1e-3);
+  EXPECT_NEAR(solution.x(0, 0), to * (1 - std::exp(-rate * (1e-3 - 1e-6))), 2e-6);
+}
+
+TEST(CircuitProblemTest, ASwitchThatTheCircuitControlsIsRefused) {
+  Element closing = Part(ElementKind::kSwitch, "S1", 1, 2, 0);
+  closing.control_plus = 2;
+  const Circuit circuit = CircuitOf(
+      {"0", "in", "out"},
+      {Source("V1", 1, 0, ConstantWave{1}), closing, Capacitor("C1", 2, 0, 1e-3), Resistor("R1", 2, 0, 1)}, 1);
+  EXPECT_THAT(MessageOf(circuit), AllOf(HasSubstr("S1"), HasSubstr("controlled by the circuit itself")));
+}
+
+}  // namespace
+}  // namespace dlcs

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/circuits/waveform.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/problem/formula.h"
+
+namespace dlcs {
+namespace {
+
+double At(const std::string& formula, double t) {
+  auto parsed = Formula::Parse(formula);
+  EXPECT_TRUE(parsed.ok()) << formula << ": " << parsed.status();
+  return parsed.ok() ? parsed->Evaluate(t) : 0;
+}
+
+double ValueAt(const Waveform& wave, double t) { return At(FormulaNear(wave, t), t); }
+
+TEST(WaveformTest, APulseHasRampsPeriodsAndDelay) {
+  const PulseWave pulse{.low = -1, .high = 3, .delay = 2, .rise = 0.5, .fall = 1, .width = 1.5, .period = 5};
+  for (const double start : {2.0, 7.0, 52.0}) {
+    EXPECT_NEAR(ValueAt(pulse, start - 1e-9), -1, 1e-7);
+    EXPECT_NEAR(ValueAt(pulse, start + 0.25), 1, 1e-12);
+    EXPECT_NEAR(ValueAt(pulse, start + 1), 3, 1e-12);
+    EXPECT_NEAR(ValueAt(pulse, start + 2.5), 1, 1e-12);
+    EXPECT_NEAR(ValueAt(pulse, start + 4), -1, 1e-12);
+  }
+  EXPECT_EQ(ValueAt(pulse, 0), -1);
+  EXPECT_EQ(StartValue(pulse), -1);
+  EXPECT_FALSE(HasJump(pulse, 100));
+  PulseWave edges = pulse;
+  edges.rise = edges.fall = 0;
+  EXPECT_TRUE(HasJump(edges, 100));
+  EXPECT_EQ(ValueAt(edges, 2.1), 3);
+  EXPECT_EQ(ValueAt(edges, 3.6), -1);
+}
+
+TEST(WaveformTest, SinesStartLateAndDecay) {
+  const SineWave sine{.offset = 1, .amplitude = 2, .frequency = 0.5, .delay = 1, .damping = 0.1, .phase = 30};
+  EXPECT_NEAR(ValueAt(sine, 0.3), 1 + 2 * 0.5, 1e-15);
+  EXPECT_NEAR(ValueAt(sine, 3), 1 + 2 * std::exp(-0.2) * std::sin(std::numbers::pi * 2 + std::numbers::pi / 6), 1e-14);
+  EXPECT_NEAR(StartValue(sine), 2, 1e-15);
+}
+
+TEST(WaveformTest, LinesAreCutAtTheirPoints) {
+  const PiecewiseLinearWave line{.times = {1, 2, 2, 4}, .values = {5, 7, 0, -2}};
+  EXPECT_THAT(Cuts(line, 4), ::testing::ElementsAre(1, 2));
+  EXPECT_EQ(ValueAt(line, 0.5), 5);
+  EXPECT_EQ(ValueAt(line, 1.5), 6);
+  EXPECT_EQ(ValueAt(line, 3), -1);
+  EXPECT_EQ(ValueAt(line, 5), -2);
+  EXPECT_TRUE(HasJump(line, 4));
+  EXPECT_FALSE(HasJump(line, 2));
+}
+
+TEST(WaveformTest, DerivativesAreThoseOfTheFormulas) {
+  const std::vector<Waveform> waves = {
+      PulseWave{.low = -1, .high = 3, .delay = 0.1, .rise = 0.5, .fall = 1, .width = 1.5, .period = 5},
+      SineWave{.offset = 1, .amplitude = 2, .frequency = 0.5, .delay = 0.2, .damping = 0.1, .phase = 30},
+      PiecewiseLinearWave{.times = {1, 2, 4}, .values = {5, 7, -2}},
+      ExponentialWave{.first = 1, .second = 4, .rise_delay = 0.3, .rise = 0.7, .fall_delay = 2, .fall = 1.2},
+      FrequencyModulatedWave{.offset = 1, .amplitude = 2, .carrier = 1.1, .index = 0.4, .signal = 0.3}};
+  for (const Waveform& wave : waves) {
+    for (double t = 0.043; t < 6; t += 0.37) {
+      const double h = 1e-6;
+      EXPECT_NEAR(At(DerivativeNear(wave, t), t), (ValueAt(wave, t + h) - ValueAt(wave, t - h)) / (2 * h), 1e-7)
+          << FormulaNear(wave, t) << " at " << t;
+    }
+  }
+}
+
+TEST(WaveformTest, NamesWhatIsWrong) {
+  EXPECT_THAT(FaultOf(PulseWave{.high = 1, .rise = 1, .fall = 1, .width = 1, .period = 2}),
+              ::testing::HasSubstr("longer than PER"));
+  EXPECT_THAT(FaultOf(PiecewiseLinearWave{.times = {1, 0}, .values = {1, 1}}), ::testing::HasSubstr("must increase"));
+  EXPECT_THAT(FaultOf(ExponentialWave{.rise = 0}), ::testing::HasSubstr("TAU1"));
+  EXPECT_EQ(FaultOf(SineWave{.amplitude = 1, .frequency = 50}), "");
+}
+
+}  // namespace
+}  // namespace dlcs
