@@ -123,6 +123,33 @@ void AddPlot(CLI::App& main, PlotCommand& command) {
   app.footer(fmt::format("{}\n\n{}", kPlotExamples, kExitCodes));
 }
 
+// How a deck is read.
+void AddDeckOptions(CLI::App& app, DeckOptions& options) {
+  AddWord<DiodeRule>(
+      app, "--diode", {"tangent", "ideal"},
+      [](const std::string& word) {
+        return word == "tangent" ? std::optional(DiodeRule::kTangent)
+               : word == "ideal" ? std::optional(DiodeRule::kIdeal)
+                                 : std::nullopt;
+      },
+      [&options](DiodeRule rule) { options.diode = rule; },
+      "What a diode with IS, N and RS becomes: the tangent to its exponential at --diode-current, or an ideal diode "
+      "(tangent)");
+  AddNumber(
+      app, "--diode-current", "AMPERES", Positive(), [&options](double value) { options.diode_current = value; },
+      "The current at which the tangent touches (1)");
+  app.add_flag("--ideal-edges", options.ideal_edges, "Missing or zero ramps of PULSE are jumps, and not TSTEP long");
+}
+
+void AddNetlist(CLI::App& main, NetlistCommand& command) {
+  CLI::App& app = *main.add_subcommand("netlist", "Make a problem file from a SPICE deck");
+  app.add_option("DECK", command.path, "SPICE deck; - reads standard input")->required()->type_name("FILE");
+  AddDeckOptions(app, command.options);
+  AddOutput(app, command.output, "the problem file");
+  AddQuiet(app, command.quiet, "Print no notes on what was ignored or assumed");
+  app.footer(fmt::format("{}\n\n{}", kNetlistExamples, kExitCodes));
+}
+
 void AddCompletion(CLI::App& main, std::string& shell) {
   CLI::App& app = *main.add_subcommand("completion", "Print a script that completes commands and options in a shell");
   AddWord<std::string>(
@@ -367,7 +394,7 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "missing command: solve, ensemble, analyze, lcp, dcp, model, plot, capabilities, health, context, "
+    return "missing command: solve, ensemble, analyze, lcp, dcp, model, netlist, plot, capabilities, health, context, "
            "completion, man, or with jobs submit, watch, get, list, cancel, delete, result, upload or problems";
   }
   return error.what();
@@ -401,6 +428,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   LcpCommand lcp;
   DcpCommand dcp;
   ModelCommand model;
+  NetlistCommand netlist;
   PlotCommand plot;
   CapabilitiesCommand capabilities;
   HealthCommand health;
@@ -417,6 +445,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddLcp(app, lcp);
   AddDcp(app, dcp);
   AddModel(app, model);
+  AddNetlist(app, netlist);
   AddPlot(app, plot);
   AddCapabilities(app, capabilities);
   AddHealth(app, health);
@@ -460,6 +489,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   if (app.got_subcommand("lcp")) return WithServer(lcp, lcp.server);
   if (app.got_subcommand("dcp")) return WithServer(dcp, dcp.server);
   if (app.got_subcommand("model")) return model;
+  if (app.got_subcommand("netlist")) return netlist;
   if (app.got_subcommand("plot")) return plot;
   if (app.got_subcommand("completion")) {
     fmt::print("{}", CompletionScript(app, shell));

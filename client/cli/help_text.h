@@ -25,6 +25,7 @@ inline constexpr const char* kMainExamples =
     "  dlcs lcp lcp.json                                  one linear complementarity problem\n"
     "  dlcs dcp dcp.json                                  one dynamic complementarity problem\n"
     "  dlcs model input-output economy.json               a problem file from a model\n"
+    "  dlcs netlist circuit.cir                           a problem file from a SPICE deck\n"
     "  dlcs submit circuit.json                           a job on a server, which survives this terminal\n"
     "  dlcs help solve                                    all options, more examples\n"
     "\n"
@@ -132,6 +133,17 @@ inline constexpr const char* kModelExamples =
     "  dlcs model heat body.msh --contact wall --load '-1' | dlcs solve - --at 1\n"
     "  dlcs model input-output economy.json --output problem.json\n"
     "  dlcs model input-output economy.json | dlcs solve -";
+
+inline constexpr const char* kNetlistExamples =
+    "Reads R, L, C, K, V, I, E, F, G, H, B (linear), D, S, W and X with .param, .func, .model, .subckt,\n"
+    ".include, .lib, .ic and .tran. What is not supported is refused with its line; what is assumed is printed\n"
+    "on standard error. The problem file holds voltages of nodes and currents of elements as outputs.\n"
+    "`dlcs solve DECK.cir` does both steps at once.\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs netlist buck.cir --output buck.json\n"
+    "  dlcs netlist rectifier.cir --diode ideal | dlcs solve - --at 0:1m:20m\n"
+    "  dlcs solve buck.cir --tolerance 1e-8 --output buck.csv";
 
 inline constexpr const char* kCapabilitiesExamples =
     "Examples:\n"

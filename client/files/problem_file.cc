@@ -200,7 +200,7 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
   if (IsArrayFile(text) || ShouldBeArrayFile(text, source)) {
     auto problem = ParseProblemArrays(text, source);
     if (!problem.ok()) return problem.status();
-    return ProblemFile{.problem = *std::move(problem), .nonlinear = {}, .name = {}};
+    return ProblemFile{.problem = *std::move(problem), .nonlinear = {}, .name = {}, .outputs = {}};
   }
   const auto root =
       ParseObject(text, source, "the keys A, B, N, M, x0 and T, or \"kind\": \"nonlinear\" and f, g, x0 and T");
@@ -220,6 +220,8 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
 
   if (root->contains("annotations") && !(*root)["annotations"].is_object()) {
     reader.Refuse("annotations", "must be an object; it may hold anything");
+  } else if (root->contains("annotations") && (*root)["annotations"].contains("outputs")) {
+    file.outputs = (*root)["annotations"]["outputs"];
   }
   if (root->contains("name")) file.name = reader.ReadString((*root)["name"], "name").value_or("");
 

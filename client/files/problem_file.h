@@ -19,6 +19,7 @@ struct ProblemFile {
   v1::Problem problem;                            // empty where `nonlinear` is set
   std::optional<v1::NonlinearProblem> nonlinear;  // of a file with "kind": "nonlinear"
   std::string name;                               // the key `name`, empty when there is none
+  nlohmann::json outputs = {};                    // "outputs" of "annotations" (client/netlist), null without
 };
 
 // Whether two functions of `size` components are equal for a problem. Implemented in client/local/agreement.h, since it

@@ -110,4 +110,13 @@ ExitCode PrintCallError(const absl::Status& status, const std::string& source, c
   return kBadInput;
 }
 
+void PrintProblemFile(const nlohmann::ordered_json& file, std::FILE* out) {
+  const char* before = "{";
+  for (const auto& [key, value] : file.items()) {
+    fmt::print(out, "{}\n  {}: {}", before, nlohmann::json(key).dump(), value.dump());
+    before = ",";
+  }
+  fmt::print(out, "\n}}\n");
+}
+
 }  // namespace dlcs::client

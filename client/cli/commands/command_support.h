@@ -6,6 +6,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -21,6 +22,9 @@ absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server,
 
 // Prints a notice on standard error, for example that a call is repeated or a solve is resumed.
 void PrintNotice(const std::string& text);
+
+// Prints a problem file: a key on each line, a matrix in one, as people write such files.
+void PrintProblemFile(const nlohmann::ordered_json& file, std::FILE* out);
 
 // Prints each line of the message after "dlcs: " on standard error. Returns `code`.
 ExitCode PrintError(const absl::Status& status, ExitCode code);

@@ -12,6 +12,7 @@
 #include "client/cli/commands/server_target.h"
 #include "client/cli/output/exit_code.h"
 #include "client/local/model.h"
+#include "client/netlist/deck_options.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -77,6 +78,14 @@ struct ModelCommand {
   std::string output;  // empty is standard output
 };
 
+// Makes a problem file from a SPICE deck.
+struct NetlistCommand {
+  std::string path;  // "-" is standard input
+  DeckOptions options;
+  std::string output;  // empty is standard output
+  bool quiet = false;
+};
+
 // Draws a result with gnuplot.
 struct PlotCommand {
   std::string path;               // of the JSON of a solve; "-" is standard input
@@ -113,6 +122,7 @@ ExitCode Run(const AnalyzeCommand& command);
 ExitCode Run(const LcpCommand& command);
 ExitCode Run(const DcpCommand& command);
 ExitCode Run(const ModelCommand& command);
+ExitCode Run(const NetlistCommand& command);
 ExitCode Run(const PlotCommand& command);
 ExitCode Run(const CapabilitiesCommand& command);
 ExitCode Run(const HealthCommand& command);

@@ -17,16 +17,6 @@ namespace dlcs::client {
 
 namespace {
 
-// A key on each line, a matrix in one: as people write such files.
-void PrintFile(const nlohmann::ordered_json& file, std::FILE* out) {
-  const char* before = "{";
-  for (const auto& [key, value] : file.items()) {
-    fmt::print(out, "{}\n  {}: {}", before, nlohmann::json(key).dump(), value.dump());
-    before = ",";
-  }
-  fmt::print(out, "\n}}\n");
-}
-
 absl::StatusOr<nlohmann::ordered_json> MakeFile(const ModelCommand& command) {
   const bool reads_file = command.options.kind == ModelKind::kInputOutput || command.options.kind == ModelKind::kHeat;
   if (!reads_file) return ModelOnGrid(command.options);
@@ -47,7 +37,7 @@ ExitCode Run(const ModelCommand& command) {
   if (!output.ok()) return PrintError(output.status(), kBadInput);
   const auto file = MakeFile(command);
   if (!file.ok()) return PrintError(file.status(), kBadInput);
-  PrintFile(*file, *output ? (*output)->stream() : stdout);
+  PrintProblemFile(*file, *output ? (*output)->stream() : stdout);
   const absl::Status printed = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");
   return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);
 }

@@ -9,6 +9,7 @@
 
 #include "client/files/json_text.h"
 #include "client/local/agreement.h"
+#include "client/netlist/netlist.h"
 #include "client/rpc/client.h"
 #include "proto/shared/title_limit.h"
 #include "proto/shared/truncate_text.h"
@@ -53,8 +54,16 @@ absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const S
     input.server_ = server;
     return input;
   }
-  absl::StatusOr<ProblemFile> file = ReadProblemFile(path, SayTheSame);
+  const auto text = ReadTextFile(path);
+  if (!text.ok()) return text.status();
+  if (IsDeck(*text, path)) return std::move(input).ReadDeckText(*text, path, rule);
+  absl::StatusOr<ProblemFile> file = ParseProblem(*text, SourceName(path), SayTheSame);
   if (!file.ok()) return file.status();
+  if (!file->outputs.is_null()) {
+    auto outputs = OutputsFromJson(file->outputs, SourceName(path));
+    if (!outputs.ok()) return outputs.status();
+    input.outputs_ = *std::move(outputs);
+  }
   if (file->nonlinear && rule) {
     return absl::InvalidArgumentError("--rule: a nonlinear problem takes the rule that its g implies");
   }
@@ -62,6 +71,19 @@ absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const S
   input.source_ = SourceName(path);
   input.file_ = *std::move(file);
   return input;
+}
+
+absl::StatusOr<ProblemInput> ProblemInput::ReadDeckText(const std::string& text, const std::string& path,
+                                                        const std::optional<v1::SolutionRule>& rule) && {
+  auto netlist = ReadNetlist(text, SourceName(path), FolderOfDeck(path), {});
+  if (!netlist.ok()) return netlist.status();
+  source_ = SourceName(path);
+  file_.problem = std::move(netlist->problem);
+  file_.name = std::move(netlist->title);
+  outputs_ = std::move(netlist->outputs);
+  notes_ = std::move(netlist->notes);
+  if (rule) file_.problem.set_rule(*rule);
+  return std::move(*this);
 }
 
 absl::Status ProblemInput::FetchUploaded(const CallLimits& limits) {

@@ -7,11 +7,13 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/server_target.h"
 #include "client/files/problem_file.h"
+#include "client/netlist/circuit_outputs.h"
 #include "client/result/backend.h"
 #include "dlcs/v1/problems.pb.h"
 #include "dlcs/v1/solver.pb.h"
@@ -20,16 +22,21 @@ namespace dlcs::client {
 
 class ProblemInput {
  public:
-  // Reads the file at `path`, `-` for standard input. A `path` of the form problems/ and 64 characters of 0-9a-f is the
-  // name of an uploaded problem, for which FetchUploaded() asks the server. `rule`, if given, overrides that of the
-  // file. Errors: InvalidArgument as ReadProblemFile(), for a name without a server, and for a rule that cannot be
-  // overridden.
+  // Reads the problem file or SPICE deck at `path`, `-` for standard input. A deck is known by its ending or
+  // its content. A `path` of the form problems/ and 64 characters of 0-9a-f is the name of an uploaded problem, for
+  // which FetchUploaded() asks the server. `rule`, if given, overrides that of the file. Errors: InvalidArgument as
+  // ReadProblemFile() and ReadNetlist(), for a name without a server, and for a rule that cannot be overridden.
   static absl::StatusOr<ProblemInput> Read(const std::string& path, const ServerTarget& server,
                                            const std::optional<v1::SolutionRule>& rule);
 
   // Gets the description of an uploaded problem from the server; does nothing for a file. Errors: as
   // ProblemClient::Get().
   absl::Status FetchUploaded(const CallLimits& limits);
+
+  // Outputs of a circuit: of a deck, or of the problem file that `dlcs netlist` made of one.
+  const std::optional<NamedOutputs>& outputs() const { return outputs_; }
+  // What was ignored or assumed when a deck was read.
+  const std::vector<std::string>& notes() const { return notes_; }
 
   // Its name in messages.
   const std::string& source() const { return source_; }
@@ -49,10 +56,15 @@ class ProblemInput {
   v1::ProblemBody Body() const;
 
  private:
+  absl::StatusOr<ProblemInput> ReadDeckText(const std::string& text, const std::string& path,
+                                            const std::optional<v1::SolutionRule>& rule) &&;
+
   std::string source_;
   ProblemFile file_;
   std::string name_;  // empty where it is a file
   ServerTarget server_;
+  std::optional<NamedOutputs> outputs_;
+  std::vector<std::string> notes_;
   v1::StoredProblem about_;  // of an uploaded problem, after FetchUploaded()
 };
 

@@ -101,7 +101,9 @@ absl::Status Print(const SolveCommand& command, const std::string& name, const S
       PrintJson(name, result, out);
       break;
     case OutputFormat::kCsv:
-      if (result.times.empty() && result.summary.times() == 0) {
+      if (!result.outputs.names.empty()) {
+        PrintOutputsCsv(result, out);
+      } else if (result.times.empty() && result.summary.times() == 0) {
         PrintCsvHeader(result.names, result.states, result.constraints, /*has_w=*/true, out);
       }
       break;  // was written as it came
@@ -183,7 +185,7 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                          .nonlinear = input.is_nonlinear(),
                          .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0,
                          .estimates = !command.options.has_estimate_error() || command.options.estimate_error()});
-  const bool as_it_comes = command.format == OutputFormat::kCsv;
+  const bool as_it_comes = command.format == OutputFormat::kCsv && !input.outputs();
   DisplayNames names;
   const EventCallback show = [&](const v1::SolveEvent& event) {
     if (!command.quiet) view.OnEvent(event);
@@ -209,6 +211,9 @@ ExitCode Run(const SolveCommand& command) {
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
   reading.reset();
   if (!input.ok()) return PrintError(input.status(), kBadInput);
+  for (const std::string& note : input->notes()) {
+    if (!command.quiet) PrintNotice(note);
+  }
   if (!command.plot.empty()) {
     if (const absl::Status name = CheckPictureName("--plot", command.plot); !name.ok()) {
       return PrintError(name, kBadInput);
@@ -245,8 +250,13 @@ ExitCode Run(const SolveCommand& command) {
   const auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
   if (!result.ok()) return PrintCallError(result.status(), input->source());
 
-  const absl::Status delivered =
-      Deliver(command, input->title(), curves ? Thinned(*result, table_times) : *result, output->get());
+  SolveResult shown = curves ? Thinned(*result, table_times) : *result;
+  if (input->outputs()) {
+    auto outputs = EvaluateOutputs(*input->outputs(), shown, input->horizon());
+    if (!outputs.ok()) return PrintError(outputs.status(), kBadInput);
+    shown.outputs = *std::move(outputs);
+  }
+  const absl::Status delivered = Deliver(command, input->title(), shown, output->get());
   if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
   if (!command.quiet) {
     const v1::Method used = result->summary.method();

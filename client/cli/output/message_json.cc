@@ -5,6 +5,7 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string_view>
 
@@ -80,12 +81,28 @@ void WriteTrajectory(const SolveResult& result, JsonWriter& writer) {
   writer.Text("}");
 }
 
+// The outputs of a circuit, "outputs": {"v(out)": [...], ...}, which the contract does not have.
+void WriteOutputs(const SolveResult& result, JsonWriter& writer) {
+  const std::size_t count = result.outputs.names.size();
+  if (count == 0) return;
+  std::vector<double> values(result.times.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    writer.Text(i == 0 ? R"(,"outputs":{)" : ",");
+    writer.Text(nlohmann::json(result.outputs.names[i]).dump());
+    writer.Text(":");
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = result.outputs.at(k)[i];
+    writer.Numbers(values);
+  }
+  writer.Text("}");
+}
+
 // `document`, whose last field is a trajectory that is not set, with the one of `result`.
 void WriteDocument(const google::protobuf::Message& document, const SolveResult& result, std::FILE* out) {
   JsonWriter writer(out);
   writer.Text(Open(JsonLine(document)));
   writer.Text(R"(,"trajectory":)");
   WriteTrajectory(result, writer);
+  WriteOutputs(result, writer);
   writer.Text("}\n");
 }
 

@@ -65,6 +65,15 @@ void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out) {
   }
 }
 
+void PrintOutputsCsv(const SolveResult& result, std::FILE* out) {
+  fmt::print(out, "t");
+  for (const std::string& name : result.outputs.names) fmt::print(out, ",{}", Quoted(name));
+  fmt::print(out, "\n");
+  for (std::size_t k = 0; k < result.times.size(); ++k) {
+    PrintLine("", result.times[k], result.outputs.at(k), {}, {}, out);
+  }
+}
+
 void PrintMemberCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, std::FILE* out) {
   fmt::print(out, "member,label,");
   PrintCsvHeader(names, states, constraints, /*has_w=*/true, out);

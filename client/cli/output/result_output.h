@@ -19,7 +19,11 @@ namespace dlcs::client {
 void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w, std::FILE* out);
 void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out);
 
-// Verdict, trajectory and certificate. Columns that do not fit into `width` characters follow in further blocks.
+// The same for the outputs of a circuit: t and their names, and a line for each time.
+void PrintOutputsCsv(const SolveResult& result, std::FILE* out);
+
+// Verdict, trajectory (of a circuit its outputs) and certificate. Columns that do not fit into `width`
+// characters follow in further blocks.
 void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out);
 
 }  // namespace dlcs::client

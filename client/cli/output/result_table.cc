@@ -23,6 +23,11 @@ std::vector<Column> MakeColumns(const SolveResult& result) {
   const std::size_t rows = result.times.size();
   std::vector<Column> columns;
   columns.push_back(MakeColumn("t", rows, [&](std::size_t k) { return result.times[k]; }));
+  for (std::size_t i = 0; i < result.outputs.names.size(); ++i) {
+    columns.push_back(
+        MakeColumn(result.outputs.names[i], rows, [&](std::size_t k) { return result.outputs.at(k)[i]; }));
+  }
+  if (!result.outputs.names.empty()) return columns;
   for (std::size_t i = 0; i < result.states; ++i) {
     columns.push_back(MakeColumn(result.names.OfX(i), rows, [&](std::size_t k) { return result.x_at(k)[i]; }));
   }

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/netlist/deck_lines.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "client/files/json_text.h"
+
+namespace dlcs::client {
+namespace {
+
+constexpr std::size_t kMaxDepth = 16;
+constexpr std::size_t kMaxLines = 1'000'000;
+constexpr std::size_t kMaxDeckBytes = std::size_t{16} << 20;
+
+bool IsBlank(char letter) { return letter == ' ' || letter == '\t' || letter == '\r' || letter == '\f'; }
+
+// Where the comment of a line begins; quotes and braces hide nothing, as in ngspice.
+std::size_t EndOfCode(std::string_view line) {
+  for (std::size_t at = 0; at < line.size(); ++at) {
+    const bool after_blank = at == 0 || IsBlank(line[at - 1]) || line[at - 1] == ',';
+    if (line[at] == ';') return at;
+    if (after_blank && line[at] == '$') return at;
+    if (after_blank && line[at] == '/' && at + 1 < line.size() && line[at + 1] == '/') return at;
+  }
+  return line.size();
+}
+
+std::string_view Stripped(std::string_view text) {
+  while (!text.empty() && IsBlank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && IsBlank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+// The first word of a line, in small letters.
+std::string FirstWord(std::string_view text) {
+  std::size_t end = 0;
+  while (end < text.size() && !IsBlank(text[end])) ++end;
+  return Lower(text.substr(0, end));
+}
+
+std::string_view Unquoted(std::string_view text) {
+  if (text.size() >= 2 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front()) {
+    return text.substr(1, text.size() - 2);
+  }
+  return text;
+}
+
+class Splitter {
+ public:
+  explicit Splitter(std::string folder) : folder_(std::move(folder)) {}
+
+  absl::Status Split(const std::string& text, const std::string& source, bool is_deck,
+                     const std::optional<std::string>& section) {
+    std::size_t begin = 0, number = 0;
+    bool in_control = false, is_inside = !section;
+    bool may_continue = false;
+    while (begin <= text.size()) {
+      const std::size_t end = std::min(text.find('\n', begin), text.size());
+      const std::string_view raw(text.data() + begin, end - begin);
+      begin = end + 1;
+      ++number;
+      if (number == 1 && is_deck) {
+        deck_.title = std::string(Stripped(raw));
+        continue;
+      }
+      std::size_t column = 0;
+      while (column < raw.size() && IsBlank(raw[column])) ++column;
+      if (column == raw.size() || raw[column] == '*') continue;
+      const std::string_view code = Stripped(raw.substr(0, EndOfCode(raw)).substr(std::min(column, EndOfCode(raw))));
+      if (code.empty()) continue;
+      if (in_control) {
+        if (FirstWord(code) == ".endc") in_control = false;
+        continue;
+      }
+      if (code[0] == '+') {
+        if (!is_inside) continue;
+        if (!may_continue) {
+          return DeckError(fmt::format("{}:{}:{}", source, number, column + 1),
+                           "+ continues a line, but there is none");
+        }
+        Append(code.substr(1), number, column + 1);
+        continue;
+      }
+      const std::string word = FirstWord(code);
+      if (section) {
+        if (word == ".endl") {
+          is_inside = false;
+          may_continue = false;
+          continue;
+        }
+        if (word == ".lib" && Lower(Stripped(code.substr(4))) == *section) {
+          is_inside = found_section_ = true;
+          continue;
+        }
+        if (!is_inside) continue;
+      }
+      may_continue = true;
+      if (word == ".control") {
+        in_control = true;
+        Note(fmt::format("{}:{}: the .control block is not run", source, number));
+        continue;
+      }
+      if (word == ".end" && is_deck) return absl::OkStatus();
+      if (word == ".end") continue;
+      if (deck_.lines.size() >= kMaxLines) {
+        return DeckError(fmt::format("{}:{}", source, number), fmt::format("more than {} lines", kMaxLines));
+      }
+      deck_.lines.push_back({source, "", {}});
+      Append(code, number, column);
+      if (word == ".include" || word == ".inc" || word == ".incl" || word == ".lib") {
+        // It may be continued, and so ends where the next line begins; files have short names, and none is.
+        const DeckLine line = deck_.lines.back();
+        deck_.lines.pop_back();
+        may_continue = false;
+        if (absl::Status status = Include(line, word == ".lib"); !status.ok()) return status;
+      }
+    }
+    if (in_control) return DeckError(source, ".control without .endc");
+    return absl::OkStatus();
+  }
+
+  DeckText Take() && { return std::move(deck_); }
+
+ private:
+  void Append(std::string_view code, std::size_t line, std::size_t column) {
+    DeckLine& last = deck_.lines.back();
+    if (!last.text.empty()) last.text += ' ';
+    last.segments.push_back({last.text.size(), line, column + 1});
+    last.text += code;
+  }
+
+  void Note(std::string note) { deck_.notes.push_back(std::move(note)); }
+
+  absl::Status Include(const DeckLine& line, bool is_library) {
+    const std::string_view rest = Stripped(std::string_view(line.text).substr(FirstWord(line.text).size()));
+    std::string_view name = rest;
+    std::optional<std::string> section;
+    if (!rest.empty() && (rest.front() == '"' || rest.front() == '\'')) {
+      const std::size_t close = rest.find(rest.front(), 1);
+      if (close == std::string_view::npos) return DeckError(line.Place(), "a file name without closing quote");
+      name = rest.substr(0, close + 1);
+      if (const std::string_view more = Stripped(rest.substr(close + 1)); !more.empty()) section = Lower(more);
+    } else if (const std::size_t blank = rest.find_first_of(" \t"); is_library && blank != std::string_view::npos) {
+      name = rest.substr(0, blank);
+      section = Lower(Stripped(rest.substr(blank)));
+    }
+    name = Unquoted(name);
+    if (name.empty()) return DeckError(line.Place(), "names no file");
+    if (section && !is_library) return DeckError(line.Place(), fmt::format("\"{}\" after the file name", *section));
+    return IncludeFile(line, std::string(name), section);
+  }
+
+  absl::Status IncludeFile(const DeckLine& line, const std::string& name, const std::optional<std::string>& section) {
+    namespace fs = std::filesystem;
+    const std::string what = fmt::format("includes {}", name);
+    if (folder_.empty())
+      return DeckError(line.Place(), what + ", but a deck on standard input has no folder for files");
+    const fs::path given(name);
+    if (given.is_absolute()) {
+      return DeckError(line.Place(), what + "; files must be named relative to the deck and be below its folder");
+    }
+    std::error_code error;
+    const fs::path root = fs::weakly_canonical(folder_, error);
+    const fs::path from = stack_.empty() ? root : stack_.back().parent_path();
+    const fs::path path = fs::weakly_canonical(from / given, error);
+    const auto inside = std::mismatch(root.begin(), root.end(), path.begin(), path.end());
+    if (error || inside.first != root.end()) {
+      return DeckError(line.Place(), what + ", which is not below the folder of the deck");
+    }
+    if (std::find(stack_.begin(), stack_.end(), path) != stack_.end()) {
+      return DeckError(line.Place(), what + ", which includes this file: a cycle");
+    }
+    if (stack_.size() >= kMaxDepth) {
+      return DeckError(line.Place(), fmt::format("{}; files are nested deeper than {}", what, kMaxDepth));
+    }
+    const auto text = ReadTextFile(path.string(), kMaxDeckBytes);
+    if (!text.ok()) return DeckError(line.Place(), fmt::format("{}: {}", what, std::string(text.status().message())));
+    stack_.push_back(path);
+    found_section_ = false;
+    const absl::Status status = Split(*text, path.lexically_relative(root).string(), /*is_deck=*/false, section);
+    stack_.pop_back();
+    if (status.ok() && section && !found_section_) {
+      return DeckError(line.Place(), fmt::format("{} has no section \".lib {}\"", name, *section));
+    }
+    return status;
+  }
+
+  const std::string folder_;
+  std::vector<std::filesystem::path> stack_;
+  bool found_section_ = false;
+  DeckText deck_;
+};
+
+}  // namespace
+
+std::string DeckLine::Place(std::size_t offset) const {
+  const Segment* found = &segments.front();
+  for (const Segment& segment : segments) {
+    if (segment.offset <= offset) found = &segment;
+  }
+  return fmt::format("{}:{}:{}", file, found->line, found->column + (offset - std::min(offset, found->offset)));
+}
+
+std::string DeckLine::Place() const { return fmt::format("{}:{}", file, segments.front().line); }
+
+absl::StatusOr<DeckText> SplitDeck(const std::string& text, const std::string& source, const std::string& folder) {
+  if (text.size() > kMaxDeckBytes) return DeckError(source, "is larger than 16 MiB");
+  Splitter splitter(folder);
+  if (absl::Status status = splitter.Split(text, source, /*is_deck=*/true, std::nullopt); !status.ok()) return status;
+  return std::move(splitter).Take();
+}
+
+absl::Status DeckError(const std::string& place, const std::string& what) {
+  return absl::InvalidArgumentError(fmt::format("{}: {}", place, what));
+}
+
+std::string Lower(std::string_view text) {
+  std::string lower(text);
+  for (char& letter : lower) {
+    if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
+  }
+  return lower;
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPICE decks as problem files.
+
+#ifndef DLCS_CLIENT_NETLIST_NETLIST_H_
+#define DLCS_CLIENT_NETLIST_NETLIST_H_
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "client/netlist/circuit_outputs.h"
+#include "client/netlist/deck_options.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+struct Netlist {
+  std::string title;
+  v1::Problem problem;
+  NamedOutputs outputs;            // those that the deck asks for, else all
+  std::vector<std::string> notes;  // what was ignored or assumed, for the user
+};
+
+// Whether the file `text` at `path` is a deck: by its ending .cir, .net, .sp, .ckt or .spice, or because it is no JSON
+// and a line begins with .tran.
+bool IsDeck(const std::string& text, const std::string& path);
+
+// The folder of the deck at `path`, for its includes; empty for `-`.
+std::string FolderOfDeck(const std::string& path);
+
+// The deck `text` as a problem. `source` is its name for messages, `folder` that of its includes, empty for none.
+// Errors: those of ReadDeck() and MakeCircuitProblem(), as InvalidArgument.
+absl::StatusOr<Netlist> ReadNetlist(const std::string& text, const std::string& source, const std::string& folder,
+                                    const DeckOptions& options);
+// The same for the file at `path`, `-` for standard input.
+absl::StatusOr<Netlist> ReadNetlistFile(const std::string& path, const DeckOptions& options);
+
+// The problem file, with the outputs under "annotations".
+nlohmann::ordered_json NetlistJson(const Netlist& netlist);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_NETLIST_NETLIST_H_

@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/netlist/spice_expression.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+
+#include "client/netlist/deck_lines.h"
+
+namespace dlcs::client {
+namespace {
+
+constexpr int kMaxLevels = 64;
+
+bool IsDigit(char letter) { return letter >= '0' && letter <= '9'; }
+bool IsLetter(char letter) { return std::isalpha(static_cast<unsigned char>(letter)) != 0 || letter == '_'; }
+
+// The length of the number that `text` begins with, without suffix; 0 if it begins with none.
+std::size_t NumberLength(std::string_view text) {
+  std::size_t at = 0, digits = 0;
+  const auto skip_digits = [&] {
+    while (at < text.size() && IsDigit(text[at])) ++at, ++digits;
+  };
+  skip_digits();
+  if (at < text.size() && text[at] == '.') {
+    ++at;
+    skip_digits();
+  }
+  if (digits == 0) return 0;
+  if (at < text.size() && (text[at] == 'e' || text[at] == 'E')) {
+    std::size_t exponent = at + 1;
+    if (exponent < text.size() && (text[exponent] == '+' || text[exponent] == '-')) ++exponent;
+    if (exponent < text.size() && IsDigit(text[exponent])) {
+      while (exponent < text.size() && IsDigit(text[exponent])) ++exponent;
+      at = exponent;
+    }
+  }
+  return at;
+}
+
+// The factor of the suffix that `letters` (in small letters) begins with.
+double SuffixFactor(std::string_view letters) {
+  if (letters.starts_with("meg")) return 1e6;
+  if (letters.starts_with("mil")) return 25.4e-6;
+  if (letters.starts_with("\xc2\xb5") || letters.starts_with("\xce\xbc")) return 1e-6;
+  static const std::map<char, double> kFactors = {{'t', 1e12}, {'g', 1e9},  {'k', 1e3},   {'m', 1e-3},
+                                                  {'u', 1e-6}, {'n', 1e-9}, {'p', 1e-12}, {'f', 1e-15}};
+  const auto found = letters.empty() ? kFactors.end() : kFactors.find(letters[0]);
+  return found == kFactors.end() ? 1 : found->second;
+}
+
+// A power of ten as the divisor where it is below 1, so that 47u is the double nearest to 47e-6.
+double Scaled(double mantissa, double factor) {
+  if (factor >= 1 || factor == 25.4e-6) return mantissa * factor;
+  return mantissa / std::round(1 / factor);
+}
+
+// The number at the begin of `text` with suffix and unit, and how long it is; 0 where there is none.
+std::pair<double, std::size_t> LeadingNumber(std::string_view text) {
+  const std::size_t length = NumberLength(text);
+  if (length == 0) return {0, 0};
+  double mantissa = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + length, mantissa);
+  if (error != std::errc() || end != text.data() + length) return {0, 0};
+  std::size_t letters = length;
+  while (letters < text.size() && (IsLetter(text[letters]) || static_cast<unsigned char>(text[letters]) >= 0x80)) {
+    ++letters;
+  }
+  if (letters < text.size() && IsDigit(text[letters]) && letters > length) return {0, 0};  // 4k7
+  const std::string suffix = Lower(text.substr(length, letters - length));
+  return {Scaled(mantissa, SuffixFactor(suffix)), letters};
+}
+
+}  // namespace
+
+std::optional<double> ReadSpiceNumber(std::string_view text) {
+  double sign = 1;
+  if (!text.empty() && (text[0] == '-' || text[0] == '+')) {
+    sign = text[0] == '-' ? -1 : 1;
+    text.remove_prefix(1);
+  }
+  const auto [value, length] = LeadingNumber(text);
+  if (length == 0 || length != text.size() || !std::isfinite(value)) return std::nullopt;
+  return sign * value;
+}
+
+// Reads and evaluates at once.
+class ExpressionReader {
+ public:
+  using Bindings = std::map<std::string, LinearValue>;
+
+  ExpressionReader(std::string_view text, ParameterScope& scope, const Bindings& bindings, bool quantities, int depth)
+      : text_(text), scope_(scope), bindings_(bindings), quantities_(quantities), depth_(depth) {}
+
+  absl::StatusOr<LinearValue> Read() {
+    if (depth_ > kMaxLevels)
+      return absl::InvalidArgumentError(fmt::format("is nested deeper than {} levels", kMaxLevels));
+    LinearValue value = Choice();
+    if (error_.ok() && Peek() != '\0') Fail(fmt::format("\"{}\" is not expected here", Rest()));
+    if (!error_.ok()) return error_;
+    return value;
+  }
+
+ private:
+  char Peek() {
+    while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\t')) ++at_;
+    return at_ < text_.size() ? text_[at_] : '\0';
+  }
+  bool Take(std::string_view sign) {
+    Peek();
+    if (!text_.substr(at_).starts_with(sign)) return false;
+    at_ += sign.size();
+    return true;
+  }
+  std::string Rest() const { return std::string(text_.substr(at_, 12)); }
+
+  LinearValue Fail(const std::string& what) {
+    if (error_.ok())
+      error_ = absl::InvalidArgumentError(fmt::format("at column {} of \"{}\": {}", at_ + 1, text_, what));
+    at_ = text_.size();
+    return {};
+  }
+  double Constant(const LinearValue& value, const char* where) {
+    if (!value.factors.empty()) Fail(fmt::format("{} a voltage or current is not linear", where));
+    return value.constant;
+  }
+
+  LinearValue Choice() {
+    if (++nesting_ > kMaxLevels) return Fail(fmt::format("nested deeper than {} levels", kMaxLevels));
+    LinearValue value = Or();
+    if (Take("?")) {
+      const bool first = Constant(value, "a choice by") != 0;
+      const LinearValue yes = Choice();
+      if (!Take(":")) return Fail("\":\" of a choice is missing");
+      const LinearValue no = Choice();
+      value = first ? yes : no;
+    }
+    --nesting_;
+    return value;
+  }
+  LinearValue Or() {
+    LinearValue value = And();
+    while (Take("||")) {
+      const bool one = Constant(value, "|| of") != 0, other = Constant(And(), "|| of") != 0;
+      value = {one || other ? 1.0 : 0.0};
+    }
+    return value;
+  }
+  LinearValue And() {
+    LinearValue value = Comparison();
+    while (Take("&&")) {
+      const bool one = Constant(value, "&& of") != 0, other = Constant(Comparison(), "&& of") != 0;
+      value = {one && other ? 1.0 : 0.0};
+    }
+    return value;
+  }
+  LinearValue Comparison() {
+    LinearValue value = Sum();
+    for (const char* sign : {"<=", ">=", "==", "!=", "<", ">"}) {
+      if (!Take(sign)) continue;
+      const double one = Constant(value, "a comparison of"), other = Constant(Sum(), "a comparison of");
+      const std::string_view op = sign;
+      const bool holds = op == "<="   ? one <= other
+                         : op == ">=" ? one >= other
+                         : op == "==" ? one == other
+                         : op == "!=" ? one != other
+                         : op == "<"  ? one < other
+                                      : one > other;
+      return {holds ? 1.0 : 0.0};
+    }
+    return value;
+  }
+  LinearValue Sum() {
+    LinearValue value = Product();
+    for (;;) {
+      const char sign = Peek();
+      if (sign != '+' && sign != '-') return value;
+      ++at_;
+      const LinearValue other = Product();
+      const double factor = sign == '+' ? 1 : -1;
+      value.constant += factor * other.constant;
+      for (const auto& [name, part] : other.factors) value.factors[name] += factor * part;
+    }
+  }
+  LinearValue Product() {
+    LinearValue value = Signed();
+    for (;;) {
+      const char sign = Peek();
+      if (sign == '*' && text_.substr(at_).starts_with("**")) return value;
+      if (sign != '*' && sign != '/') return value;
+      ++at_;
+      const LinearValue other = Signed();
+      if (sign == '/') {
+        value = Times(value, {1 / Constant(other, "division by")});
+      } else if (other.factors.empty()) {
+        value = Times(value, other);
+      } else {
+        value = Times(other, {Constant(value, "a product of voltages and currents:")});
+      }
+    }
+  }
+  static LinearValue Times(LinearValue value, const LinearValue& factor) {
+    value.constant *= factor.constant;
+    for (auto& [name, part] : value.factors) part *= factor.constant;
+    return value;
+  }
+  LinearValue Signed() {
+    if (++nesting_ > kMaxLevels) return Fail(fmt::format("nested deeper than {} levels", kMaxLevels));
+    LinearValue value;
+    if (Take("-")) {
+      value = Times(Signed(), {-1});
+    } else if (Take("+")) {
+      value = Signed();
+    } else if (Peek() == '!' && !text_.substr(at_).starts_with("!=")) {
+      ++at_;
+      value = {Constant(Signed(), "! of") == 0 ? 1.0 : 0.0};
+    } else {
+      value = Power();
+    }
+    --nesting_;
+    return value;
+  }
+  LinearValue Power() {
+    LinearValue value = Primary();
+    if (Peek() == '^') {
+      return Fail("^ is a power in ngspice and an exclusive or in LTspice; write ** for a power");
+    }
+    if (!Take("**")) return value;
+    const double base = Constant(value, "a power of"), exponent = Constant(Signed(), "a power of");
+    return {std::pow(base, exponent)};
+  }
+
+  LinearValue Primary() {
+    const char first = Peek();
+    if (first == '(') {
+      ++at_;
+      const LinearValue value = Choice();
+      if (!Take(")")) return Fail("\")\" is missing");
+      return value;
+    }
+    if (IsDigit(first) || first == '.') {
+      const auto [value, length] = LeadingNumber(text_.substr(at_));
+      if (length == 0) return Fail(fmt::format("\"{}\" is no number", Rest()));
+      at_ += length;
+      return {value};
+    }
+    if (first == '\0') return Fail("ends too early");
+    if (!IsLetter(first)) return Fail(fmt::format("\"{}\" is not expected here", Rest()));
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && (IsLetter(text_[at_]) || IsDigit(text_[at_]) || text_[at_] == '.')) ++at_;
+    const std::string name = Lower(text_.substr(begin, at_ - begin));
+    if (Peek() == '(') return Call(name);
+    return Named(name);
+  }
+
+  LinearValue Named(const std::string& name) {
+    if (const auto found = bindings_.find(name); found != bindings_.end()) return found->second;
+    if (scope_.Where(name) != nullptr) {
+      const auto value = scope_.ValueOf(name, depth_ + 1);
+      if (!value.ok()) {
+        if (error_.ok()) error_ = value.status();
+        at_ = text_.size();
+        return {};
+      }
+      return {*value};
+    }
+    if (name == "pi") return {std::numbers::pi};
+    if (name == "e") return {std::numbers::e};
+    if (name == "time") return Fail("time is not supported in expressions; sources have SIN, PULSE, PWL, EXP and SFFM");
+    return Fail(fmt::format("\"{}\" is no parameter", name));
+  }
+
+  // V(a), V(a,b) or I(name), as it is written.
+  LinearValue Quantity(const std::string& kind) {
+    const std::size_t close = text_.find(')', at_);
+    if (close == std::string_view::npos) return Fail("\")\" is missing");
+    std::string inside;
+    for (const char letter : text_.substr(at_ + 1, close - at_ - 1)) {
+      if (letter != ' ' && letter != '\t') inside += letter;
+    }
+    at_ = close + 1;
+    return {0, {{kind + "(" + Lower(inside) + ")", 1}}};
+  }
+
+  LinearValue Call(const std::string& name) {
+    ParameterScope* home = scope_.WhereFunction(name);
+    if (home == nullptr && (name == "v" || name == "i")) {
+      if (quantities_) return Quantity(name);
+      return Fail(fmt::format("{}(...) is allowed in B, E and G elements only", name));
+    }
+    const std::size_t begin = at_;
+    ++at_;
+    std::vector<LinearValue> arguments;
+    if (Peek() == ')') {
+      ++at_;
+    } else {
+      for (;;) {
+        arguments.push_back(Choice());
+        if (!error_.ok()) return {};
+        if (Take(")")) break;
+        if (!Take(",")) return Fail("\",\" or \")\" is missing");
+      }
+    }
+    if (home != nullptr) return CallOwn(*home, name, arguments);
+    const std::size_t end = std::exchange(at_, begin);
+    const LinearValue value = CallBuiltIn(name, arguments);
+    if (error_.ok()) at_ = end;
+    return value;
+  }
+
+  LinearValue CallOwn(ParameterScope& home, const std::string& name, const std::vector<LinearValue>& arguments) {
+    const ParameterScope::Function& function = home.functions_.at(name);
+    if (arguments.size() != function.arguments.size()) {
+      return Fail(fmt::format("{} takes {} arguments, not {}", name, function.arguments.size(), arguments.size()));
+    }
+    Bindings bound;
+    for (std::size_t k = 0; k < arguments.size(); ++k) bound[function.arguments[k]] = arguments[k];
+    auto value = ExpressionReader(function.body, home, bound, quantities_, depth_ + 1).Read();
+    if (value.ok()) return *value;
+    if (error_.ok()) error_ = value.status();
+    at_ = text_.size();
+    return {};
+  }
+
+  LinearValue CallBuiltIn(const std::string& name, const std::vector<LinearValue>& arguments) {
+    using Function = double (*)(const std::vector<double>&);
+    struct BuiltIn {
+      std::size_t least, most;
+      Function function;
+    };
+    constexpr std::size_t kAny = 1000;
+    using Values = const std::vector<double>&;
+    static const std::map<std::string, BuiltIn> kBuiltIns = {
+        {"sin", {1, 1, [](Values v) { return std::sin(v[0]); }}},
+        {"cos", {1, 1, [](Values v) { return std::cos(v[0]); }}},
+        {"tan", {1, 1, [](Values v) { return std::tan(v[0]); }}},
+        {"asin", {1, 1, [](Values v) { return std::asin(v[0]); }}},
+        {"acos", {1, 1, [](Values v) { return std::acos(v[0]); }}},
+        {"atan", {1, 1, [](Values v) { return std::atan(v[0]); }}},
+        {"atan2", {2, 2, [](Values v) { return std::atan2(v[0], v[1]); }}},
+        {"sinh", {1, 1, [](Values v) { return std::sinh(v[0]); }}},
+        {"cosh", {1, 1, [](Values v) { return std::cosh(v[0]); }}},
+        {"tanh", {1, 1, [](Values v) { return std::tanh(v[0]); }}},
+        {"exp", {1, 1, [](Values v) { return std::exp(v[0]); }}},
+        {"ln", {1, 1, [](Values v) { return std::log(v[0]); }}},
+        {"log", {1, 1, [](Values v) { return std::log(v[0]); }}},
+        {"log10", {1, 1, [](Values v) { return std::log10(v[0]); }}},
+        {"sqrt", {1, 1, [](Values v) { return std::sqrt(v[0]); }}},
+        {"abs", {1, 1, [](Values v) { return std::abs(v[0]); }}},
+        {"floor", {1, 1, [](Values v) { return std::floor(v[0]); }}},
+        {"ceil", {1, 1, [](Values v) { return std::ceil(v[0]); }}},
+        {"int", {1, 1, [](Values v) { return std::trunc(v[0]); }}},
+        {"sgn", {1, 1, [](Values v) { return v[0] > 0   ? 1.0
+                                             : v[0] < 0 ? -1.0
+                                                        : 0.0; }}},
+        {"pow", {2, 2, [](Values v) { return std::pow(v[0], v[1]); }}},
+        {"min", {1, kAny, [](Values v) { return *std::min_element(v.begin(), v.end()); }}},
+        {"max", {1, kAny, [](Values v) { return *std::max_element(v.begin(), v.end()); }}},
+        {"limit",
+         {3, 3, [](Values v) { return std::max(std::min(v[1], v[2]), std::min(v[0], std::max(v[1], v[2]))); }}},
+        {"if", {3, 3, [](Values v) { return v[0] != 0 ? v[1] : v[2]; }}}};
+    const auto found = kBuiltIns.find(name);
+    if (found == kBuiltIns.end()) return Fail(fmt::format("\"{}\" is no function", name));
+    const BuiltIn& built_in = found->second;
+    if (arguments.size() < built_in.least || arguments.size() > built_in.most) {
+      return Fail(fmt::format("{} takes {} argument{}, not {}", name, built_in.least, built_in.least == 1 ? "" : "s",
+                              arguments.size()));
+    }
+    std::vector<double> values;
+    for (const LinearValue& argument : arguments) values.push_back(Constant(argument, (name + " of").c_str()));
+    const double value = built_in.function(values);
+    if (error_.ok() && !std::isfinite(value)) return Fail(fmt::format("{} has no finite value here", name));
+    return {value};
+  }
+
+  const std::string_view text_;
+  ParameterScope& scope_;
+  const Bindings& bindings_;
+  const bool quantities_;
+  const int depth_;
+  std::size_t at_ = 0;
+  int nesting_ = 0;
+  absl::Status error_;
+};
+
+bool ParameterScope::Define(const std::string& name, std::string expression) {
+  return values_.try_emplace(name, Parameter{std::move(expression), std::nullopt, false}).second;
+}
+
+bool ParameterScope::DefineValue(const std::string& name, double value) {
+  return values_.try_emplace(name, Parameter{"", value, false}).second;
+}
+
+bool ParameterScope::DefineFunction(const std::string& name, std::vector<std::string> arguments, std::string body) {
+  return functions_.try_emplace(name, Function{std::move(arguments), std::move(body)}).second;
+}
+
+ParameterScope* ParameterScope::Where(const std::string& name) {
+  for (ParameterScope* scope = this; scope != nullptr; scope = scope->around_) {
+    if (scope->values_.contains(name)) return scope;
+  }
+  return nullptr;
+}
+
+ParameterScope* ParameterScope::WhereFunction(const std::string& name) {
+  for (ParameterScope* scope = this; scope != nullptr; scope = scope->around_) {
+    if (scope->functions_.contains(name)) return scope;
+  }
+  return nullptr;
+}
+
+absl::StatusOr<double> ParameterScope::ValueOf(const std::string& name, int depth) {
+  ParameterScope* home = Where(name);
+  Parameter& parameter = home->values_.at(name);
+  if (parameter.value) return *parameter.value;
+  if (parameter.is_open) {
+    return absl::InvalidArgumentError(fmt::format("parameter {} is defined by itself", name));
+  }
+  parameter.is_open = true;
+  const ExpressionReader::Bindings none;
+  const auto value = ExpressionReader(parameter.expression, *home, none, false, depth).Read();
+  parameter.is_open = false;
+  if (!value.ok()) {
+    return absl::InvalidArgumentError(fmt::format("parameter {}: {}", name, std::string(value.status().message())));
+  }
+  if (!std::isfinite(value->constant)) {
+    return absl::InvalidArgumentError(fmt::format("parameter {} = {} is not finite", name, parameter.expression));
+  }
+  parameter.value = value->constant;
+  return value->constant;
+}
+
+absl::StatusOr<LinearValue> ParameterScope::EvaluateLinear(std::string_view expression) {
+  const ExpressionReader::Bindings none;
+  auto value = ExpressionReader(expression, *this, none, true, 0).Read();
+  if (!value.ok()) return value.status();
+  bool finite = std::isfinite(value->constant);
+  for (const auto& [name, factor] : value->factors) finite = finite && std::isfinite(factor);
+  if (!finite) return absl::InvalidArgumentError(fmt::format("\"{}\" is not finite", expression));
+  return value;
+}
+
+absl::StatusOr<double> ParameterScope::Evaluate(std::string_view expression) {
+  const ExpressionReader::Bindings none;
+  const auto value = ExpressionReader(expression, *this, none, false, 0).Read();
+  if (!value.ok()) return value.status();
+  if (!std::isfinite(value->constant)) {
+    return absl::InvalidArgumentError(fmt::format("\"{}\" is not finite", expression));
+  }
+  return value->constant;
+}
+
+}  // namespace dlcs::client

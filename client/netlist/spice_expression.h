@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers and expressions of SPICE decks.
+//
+// The formulas of the engine (core/problem/formula.h) have neither suffixes nor functions of the user, and here a value
+// may be a linear function of voltages and currents; so this is a small grammar of its own:
+//
+//     choice     := or ("?" choice ":" choice)?
+//     or         := and ("||" and)*          and := comparison ("&&" comparison)*
+//     comparison := sum (("<" | "<=" | ">" | ">=" | "==" | "!=") sum)?
+//     sum        := product (("+" | "-") product)*
+//     product    := signed (("*" | "/") signed)*
+//     signed     := ("+" | "-" | "!")* power
+//     power      := primary ("**" signed)?
+//     primary    := number | name | function "(" choice ("," choice)* ")" | "(" choice ")"
+
+#ifndef DLCS_CLIENT_NETLIST_SPICE_EXPRESSION_H_
+#define DLCS_CLIENT_NETLIST_SPICE_EXPRESSION_H_
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace dlcs::client {
+
+// A number with an optional suffix (t g meg k mil m u n p f, in either case; µ is u) and then letters of a unit, which
+// have no meaning: "10kOhm" is 10,000, "1F" is 1e-15. Empty where `text` is none, as "4k7", which dialects read
+// differently.
+std::optional<double> ReadSpiceNumber(std::string_view text);
+
+// constant + Σ factor · quantity, with quantities as "v(a,b)" and "i(v1)", in small letters.
+struct LinearValue {
+  double constant = 0;
+  std::map<std::string, double> factors = {};
+};
+
+// The parameters and functions that a part of a deck sees: its own, and those of the parts around it. Names are in
+// small letters.
+class ParameterScope {
+ public:
+  // `around` must outlive it; null for the outermost.
+  explicit ParameterScope(ParameterScope* around = nullptr) : around_(around) {}
+
+  // The value of a parameter is computed when it is needed, so that the order of definitions does not matter. Returns
+  // whether the name is new here.
+  bool Define(const std::string& name, std::string expression);
+  bool DefineValue(const std::string& name, double value);
+  bool DefineFunction(const std::string& name, std::vector<std::string> arguments, std::string body);
+  bool Has(const std::string& name) const { return values_.contains(name); }
+
+  // The value of `expression`. Errors: InvalidArgument with the column in it and the reason: a name that is not
+  // defined, or by itself; a value that is not finite; more than 64 levels.
+  absl::StatusOr<double> Evaluate(std::string_view expression);
+  // The same where voltages V(a), V(a,b) and currents I(name) may occur linearly.
+  absl::StatusOr<LinearValue> EvaluateLinear(std::string_view expression);
+
+ private:
+  friend class ExpressionReader;
+  struct Parameter {
+    std::string expression;
+    std::optional<double> value;
+    bool is_open = false;  // it is being computed
+  };
+  struct Function {
+    std::vector<std::string> arguments;
+    std::string body;
+  };
+
+  absl::StatusOr<double> ValueOf(const std::string& name, int depth);
+  ParameterScope* Where(const std::string& name);
+  ParameterScope* WhereFunction(const std::string& name);
+
+  ParameterScope* around_;
+  std::map<std::string, Parameter> values_;
+  std::map<std::string, Function> functions_;
+};
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_NETLIST_SPICE_EXPRESSION_H_

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/netlist/deck.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/paths.h"
+
+namespace dlcs::client {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// The deck of these lines after a title.
+absl::StatusOr<Deck> Read(const std::string& lines, const DeckOptions& options = {}, const std::string& folder = "") {
+  return ReadDeck("title\n" + lines, "a.cir", folder, options);
+}
+
+Deck Good(const std::string& lines, const DeckOptions& options = {}) {
+  auto deck = Read(lines, options);
+  EXPECT_TRUE(deck.ok()) << deck.status();
+  return deck.ok() ? *std::move(deck) : Deck();
+}
+
+std::string Fault(const std::string& lines) { return std::string(Read(lines).status().message()); }
+
+const Element& Named(const Deck& deck, const std::string& name) {
+  for (const Element& element : deck.circuit.elements) {
+    if (element.name == name) return element;
+  }
+  ADD_FAILURE() << "no element " << name;
+  return deck.circuit.elements.front();
+}
+
+constexpr const char* kRest = "C1 a 0 1u\n.tran 1u 1m\n";
+
+TEST(DeckTest, ReadsElementsInEitherCaseWithCommentsAndContinuations) {
+  const Deck deck = Good(
+      "* a comment\n"
+      "v1 IN 0 dc 10 ; another\n"
+      "R1 in\n"
+      "* between\n"
+      "+  a {2*k} $ and another\n"
+      "\n"
+      ".PARAM k=5k\n"
+      "C1 A 0 100n IC=2\n"
+      "L1 a gnd L=1m ic = -1m\n"
+      ".TRAN 1u 10m uic\n"
+      ".end\n"
+      "this is not read\n");
+  EXPECT_EQ(deck.title, "title");
+  EXPECT_THAT(deck.circuit.nodes, ElementsAre("0", "IN", "a"));
+  EXPECT_EQ(Named(deck, "R1").value, 10e3);
+  EXPECT_EQ(Named(deck, "R1").place, "a.cir:4");
+  EXPECT_EQ(Named(deck, "C1").initial, 2);
+  EXPECT_EQ(Named(deck, "L1").initial, -1e-3);
+  EXPECT_EQ(Named(deck, "L1").minus, 0);
+  EXPECT_EQ(deck.circuit.horizon, 0.01);
+  EXPECT_TRUE(deck.circuit.uses_initial_conditions);
+  EXPECT_EQ(std::get<ConstantWave>(Named(deck, "v1").source).value, 10);
+}
+
+TEST(DeckTest, ReadsSources) {
+  const Deck deck = Good(
+      "V1 a 0 PULSE(0 5 1u 10n 20n 4u 10u)\n"
+      "V2 b 0 DC 1 AC 1 0 SIN(0 {A} 50 1m 0.5 90)\n"
+      "V3 c 0 PWL 0 0 1u 1 2u 1\n"
+      "I1 0 d EXP(0 1 1u 2u 3u 4u)\n"
+      "I2 0 d SFFM(0 1 10k 5 1k)\n"
+      "R1 d 0 1\nR2 c 0 1\nR3 b 0 1\n.param A=3\n" +
+      std::string(kRest));
+  EXPECT_EQ(std::get<PulseWave>(Named(deck, "V1").source).period, 10e-6);
+  EXPECT_EQ(std::get<PulseWave>(Named(deck, "V1").source).fall, 20e-9);
+  EXPECT_EQ(std::get<SineWave>(Named(deck, "V2").source).amplitude, 3);
+  EXPECT_EQ(std::get<SineWave>(Named(deck, "V2").source).phase, 90);
+  EXPECT_THAT(std::get<PiecewiseLinearWave>(Named(deck, "V3").source).times, ElementsAre(0, 1e-6, 2e-6));
+  EXPECT_EQ(std::get<ExponentialWave>(Named(deck, "I1").source).fall, 4e-6);
+  EXPECT_EQ(std::get<FrequencyModulatedWave>(Named(deck, "I2").source).carrier, 10e3);
+}
+
+TEST(DeckTest, MissingRampsAreTstepUnlessEdgesAreIdeal) {
+  const std::string lines = std::string("V1 a 0 PULSE(0 1)\n") + kRest;
+  const Deck spice = Good(lines);
+  EXPECT_EQ(std::get<PulseWave>(Named(spice, "V1").source).rise, 1e-6);
+  EXPECT_EQ(std::get<PulseWave>(Named(spice, "V1").source).width, 1e-3);
+  EXPECT_THAT(spice.notes, Contains(HasSubstr("TR = TSTEP")));
+  EXPECT_EQ(std::get<PulseWave>(Named(Good(lines, {.ideal_edges = true}), "V1").source).rise, 0);
+}
+
+TEST(DeckTest, ExpandsNestedSubcircuitsWithParameters) {
+  const Deck deck = Good(
+      ".subckt divider top bottom mid params: r=1k\n"
+      "R1 top mid {r}\n"
+      "X1 mid bottom lower r={2*r}\n"
+      ".subckt lower a b r=7\n"
+      ".param half={r/2}\n"
+      "R2 a inner {half}\n"
+      "R3 inner b {r}\n"
+      ".ends lower\n"
+      ".ends\n"
+      "V1 in 0 1\n"
+      "Xa in 0 a divider r=10\n"
+      "Xb in 0 a divider\n" +
+      std::string(kRest));
+  EXPECT_EQ(Named(deck, "Xa.R1").value, 10);
+  EXPECT_EQ(Named(deck, "Xa.X1.R2").value, 10);
+  EXPECT_EQ(Named(deck, "Xa.X1.R3").value, 20);
+  EXPECT_EQ(Named(deck, "Xb.X1.R3").value, 2000);
+  EXPECT_THAT(deck.circuit.nodes, ElementsAre("0", "in", "a", "Xa.X1.inner", "Xb.X1.inner"));
+}
+
+TEST(DeckTest, ModelsBecomePiecewiseLinearDiodesByAStatedRule) {
+  const std::string circuit = std::string("V1 in 0 1\nD1 in a DX\n") + kRest;
+  const Deck linear = Good(circuit + ".model DX D(RON=0.1 ROFF=1meg VFWD=0.6 BV=5)\n");
+  EXPECT_EQ(Named(linear, "D1").diode.forward, 0.6);
+  EXPECT_EQ(Named(linear, "D1").diode.on_resistance, 0.1);
+  EXPECT_EQ(Named(linear, "D1").diode.off_resistance, 1e6);
+  EXPECT_EQ(Named(linear, "D1").diode.breakdown, 5);
+  // The tangent of v = N V_T ln(i/IS) + RS i at 1 A.
+  const Deck tangent = Good(circuit + ".model DX D(IS=1e-12 N=2 RS=0.05 CJO=10p)\n");
+  const double slope = 2 * 1.380649e-23 * 300.15 / 1.602176634e-19;
+  EXPECT_DOUBLE_EQ(Named(tangent, "D1").diode.forward, slope * (std::log(1e12) - 1));
+  EXPECT_DOUBLE_EQ(Named(tangent, "D1").diode.on_resistance, 0.05 + slope);
+  EXPECT_THAT(tangent.notes, AllOf(Contains(HasSubstr("cjo is ignored")), Contains(HasSubstr("tangent at 1 A"))));
+  const Deck ideal = Good(circuit + ".model DX D(IS=1e-12 N=2 RS=0.05)\n", {.diode = DiodeRule::kIdeal});
+  EXPECT_EQ(Named(ideal, "D1").diode.forward, 0);
+  EXPECT_EQ(Named(ideal, "D1").diode.on_resistance, 0);
+}
+
+TEST(DeckTest, ReadsSwitchesCouplingsAndControls) {
+  const Deck deck = Good(
+      "V1 in 0 1\nVg g 0 PULSE(0 5 0 1n 1n 1u 2u)\n"
+      "S1 in x g 0 SX ON\nW1 x a Vg WX\n.model SX SW(VT=2 VH=0.1 RON=1m ROFF=1G)\n.model WX CSW(IT=1m RON=2)\n"
+      "L1 a 0 1m\nL2 b 0 4m\nL3 c 0 1m\nK1 L1 L2 L3 0.9\nR1 b 0 1\nR2 c 0 1\n"
+      "E1 e 0 a b 2\nF1 0 e V1 3\nG1 e 0 a 0 1m\nH1 h 0 V1 5\nR3 h 0 1\n"
+      "B1 k 0 V=2*V(a,b)-I(V1)+1\nR4 k 0 1\nB2 0 k I={V(a)/1k}\n" +
+      std::string(kRest));
+  EXPECT_TRUE(Named(deck, "S1").switching.starts_closed);
+  EXPECT_EQ(Named(deck, "S1").switching.off_resistance, 1e9);
+  EXPECT_EQ(Named(deck, "W1").switching.threshold, 1e-3);
+  EXPECT_EQ(deck.circuit.couplings.size(), 3);
+  EXPECT_EQ(Named(deck, "F1").control_element, 0);
+  EXPECT_EQ(Named(deck, "H1").value, 5);
+  EXPECT_EQ(Named(deck, "B1").kind, ElementKind::kCcvs);
+  EXPECT_EQ(Named(deck, "B1#1").value, 2);
+  EXPECT_EQ(std::get<ConstantWave>(Named(deck, "B1#2").source).value, 1);
+  EXPECT_EQ(Named(deck, "B2").kind, ElementKind::kVccs);
+}
+
+TEST(DeckTest, NotesWhatItLeavesOut) {
+  const Deck deck = Good(
+      "V1 a 0 1\n.options reltol=1e-6\n.control\nrun\nplot v(a)\n.endc\n.ac dec 10 1 1k\n"
+      ".meas tran x avg v(a)\n.print tran v(a) v(nix) i(V1)\n" +
+      std::string(kRest));
+  EXPECT_THAT(deck.notes, AllOf(Contains(HasSubstr(".options is ignored")), Contains(HasSubstr(".control block")),
+                                Contains(HasSubstr(".ac is ignored")), Contains(HasSubstr("v(nix) is ignored"))));
+  EXPECT_THAT(deck.outputs, ElementsAre("v(a)", "i(v1)"));
+}
+
+TEST(DeckTest, ATitleThatLooksLikeAnElementIsNoted) {
+  const auto deck = ReadDeck("V1 a 0 1\nR1 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n", "a.cir", "", {});
+  ASSERT_TRUE(deck.ok()) << deck.status();
+  EXPECT_THAT(deck->notes, Contains(HasSubstr("line 1 of a deck is its title")));
+}
+
+TEST(DeckTest, RefusesWithPlaceNameAndReason) {
+  const std::string rest = kRest;
+  EXPECT_THAT(Fault("M1 a b 0 0 NMOS\n" + rest), AllOf(HasSubstr("a.cir:2:1: M1"), HasSubstr("transistors")));
+  EXPECT_THAT(Fault("Q1 a b 0 X\n" + rest), HasSubstr("transistors"));
+  EXPECT_THAT(Fault("T1 a 0 b 0 Z0=50\n" + rest), HasSubstr("transmission lines"));
+  EXPECT_THAT(Fault("?1 a 0 1\n" + rest), HasSubstr("not known"));
+  EXPECT_THAT(Fault("R1 a 0\n" + rest), AllOf(HasSubstr("a.cir:2: R1"), HasSubstr("RNAME NODE NODE VALUE")));
+  EXPECT_THAT(Fault("R1 a 0 1k 2k\n" + rest), AllOf(HasSubstr("a.cir:2:11"), HasSubstr("\"2k\"")));
+  EXPECT_THAT(Fault("R1 a 0 1k tc1=0.1\n" + rest), HasSubstr("tc1=0.1 is not supported"));
+  EXPECT_THAT(Fault("R1 a 0 0\n" + rest), HasSubstr("must be above 0"));
+  EXPECT_THAT(Fault("R1 a 0 4k7\n" + rest), AllOf(HasSubstr("a.cir:2:8"), HasSubstr("\"4k7\" is no number")));
+  EXPECT_THAT(Fault("R1 a 0 r\n.param r=1\n" + rest), HasSubstr("{r}"));
+  EXPECT_THAT(Fault("R1 a 0 {1/0}\n" + rest), HasSubstr("not finite"));
+  EXPECT_THAT(Fault("R1 a 0 1\nr1 a 0 2\n" + rest), AllOf(HasSubstr("a.cir:3:1"), HasSubstr("first at a.cir:2")));
+  EXPECT_THAT(Fault("D1 a 0 NIX\n" + rest), HasSubstr("there is no .model NIX"));
+  EXPECT_THAT(Fault("D1 a 0 SX\n.model SX SW(VT=1)\n" + rest), HasSubstr("of type sw"));
+  EXPECT_THAT(Fault("D1 a 0 DX\n.model DX D(ZAP=1)\n" + rest), HasSubstr("zap is not supported"));
+  EXPECT_THAT(Fault("X1 a 0 NIX\n" + rest), HasSubstr("there is no .subckt NIX"));
+  EXPECT_THAT(Fault("X1 a NET\n.subckt NET a b\nR1 a b 1\n.ends\n" + rest),
+              HasSubstr("has 1 nodes, but .subckt NET has 2"));
+  EXPECT_THAT(Fault("X1 a 0 NET q=1\n.subckt NET a b\nR1 a b 1\n.ends\n" + rest), HasSubstr("no parameter q"));
+  EXPECT_THAT(Fault("X1 a 0 NET\n.subckt NET a b\nX2 a b NET\n.ends\n" + rest), HasSubstr("contain itself"));
+  EXPECT_THAT(Fault(".subckt NET a b\nR1 a b 1\n" + rest), HasSubstr("is an .ends missing?"));
+  EXPECT_THAT(Fault(rest + ".subckt NET a b\nR1 a b 1\n"), HasSubstr(".subckt NET has no .ends"));
+  EXPECT_THAT(Fault(".ends\n" + rest), HasSubstr(".ends without .subckt"));
+  EXPECT_THAT(Fault(".magic\n" + rest), HasSubstr(".magic is not supported"));
+  EXPECT_THAT(Fault(".step param r 1 2 1\n" + rest), HasSubstr(".step is not supported"));
+  EXPECT_THAT(Fault("R1 a 0 1\nC1 a 0 1u\n"), HasSubstr("no .tran"));
+  EXPECT_THAT(Fault("R1 a 0 1\n.tran 1u 0\n"), HasSubstr("TSTOP"));
+  EXPECT_THAT(Fault(".tran 1u 1m\n.tran 1u 2m\nR1 a 0 1\n"), HasSubstr("a second .tran"));
+  EXPECT_THAT(Fault("V1 a 0 PULSE(0 1 0 1u 1u 5u 2u)\n" + rest), HasSubstr("longer than PER"));
+  EXPECT_THAT(Fault("V1 a 0 PULSE(0 1 0 1u\n" + rest), HasSubstr("\")\" is missing"));
+  EXPECT_THAT(Fault("V1 a 0 WAVE(1)\n" + rest), HasSubstr("function WAVE is not supported"));
+  EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1)\n" + rest), HasSubstr("pairs"));
+  EXPECT_THAT(Fault("F1 a 0 R1 2\nR1 a 0 1\n" + rest), HasSubstr("is no voltage source"));
+  EXPECT_THAT(Fault("K1 L1 L2 0.5\nL1 a 0 1\n" + rest), HasSubstr("\"L2\" is no inductor"));
+  EXPECT_THAT(Fault("K1 L1 L2 1\nL1 a 0 1\nL2 a 0 1\n" + rest), HasSubstr("coupling of 1"));
+  EXPECT_THAT(Fault("E1 a 0 POLY(1) b 0 1 2\n" + rest), HasSubstr("POLY is not supported"));
+  EXPECT_THAT(Fault("B1 a 0 V={V(a)**2}\n" + rest), HasSubstr("not linear"));
+  EXPECT_THAT(Fault("+ R1 a 0 1\n" + rest), HasSubstr("+ continues a line"));
+  EXPECT_THAT(Fault(".ic V(nix)=1\nR1 a 0 1\n" + rest), HasSubstr("\"nix\" is no node"));
+  EXPECT_THAT(Fault(".param a=1 a=2\nR1 a 0 1\n" + rest), HasSubstr("defined twice"));
+  EXPECT_THAT(Fault(".control\nrun\n"), HasSubstr(".control without .endc"));
+  EXPECT_THAT(Fault(""), HasSubstr("no .tran"));
+}
+
+TEST(DeckTest, IncludesFilesBelowItsFolderOnly) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(::testing::TempDir()) / "deck_includes";
+  fs::create_directories(folder / "parts");
+  const auto write = [&folder](const std::string& name, const std::string& text) {
+    std::ofstream(folder / name) << text;
+  };
+  write("parts/r.inc", "R1 a 0 1\n.include more.inc\n");
+  write("parts/more.inc", "R2 a 0 2\n");
+  write("cycle.inc", ".include \"cycle.inc\"\n");
+  write("lib.lib", ".lib one\nR3 a 0 3\n.endl\n.lib two\nR4 a 0 4\n.endl\n");
+  const auto read = [&folder](const std::string& line) { return Read(line + "\n" + kRest, {}, folder.string()); };
+  const auto good = read(".include parts/r.inc\n.lib 'lib.lib' two");
+  ASSERT_TRUE(good.ok()) << good.status();
+  EXPECT_EQ(Named(*good, "R2").place, "parts/more.inc:1");
+  EXPECT_EQ(Named(*good, "R4").value, 4);
+  EXPECT_EQ(good->circuit.elements.size(), 4);
+  const auto fault = [&read](const std::string& line) { return std::string(read(line).status().message()); };
+  EXPECT_THAT(fault(".include cycle.inc"), AllOf(HasSubstr("cycle.inc:1"), HasSubstr("a cycle")));
+  EXPECT_THAT(fault(".include /etc/passwd"), HasSubstr("relative"));
+  EXPECT_THAT(fault(".include ../../etc/passwd"), HasSubstr("not below the folder"));
+  EXPECT_THAT(fault(".include nix.inc"), AllOf(HasSubstr("a.cir:2"), HasSubstr("nix.inc")));
+  EXPECT_THAT(fault(".lib lib.lib three"), HasSubstr("no section"));
+  EXPECT_THAT(Fault(".include r.inc\n"), HasSubstr("standard input"));
+}
+
+}  // namespace
+}  // namespace dlcs::client

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decks, solved by the program: closed forms, balance of power, the certificate.
+#include "client/netlist/netlist.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "tests/client/cli/program.h"
+#include "tests/support/paths.h"
+
+namespace dlcs::client {
+namespace {
+
+using dlcs::testing::ProjectPath;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string WriteDeck(const std::string& lines) {
+  const std::string path =
+      fmt::format("{}{}.cir", ::testing::TempDir(), ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  std::ofstream(path) << "title\n" << lines << ".end\n";
+  return path;
+}
+
+nlohmann::json Solved(const std::string& lines, const std::string& options) {
+  const ProgramOutcome outcome = RunDlcs("solve " + WriteDeck(lines) + " --format json --quiet " + options);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const auto result = nlohmann::json::parse(outcome.out, nullptr, false);
+  return result.is_object() ? result : nlohmann::json::object();
+}
+
+std::string Refused(const std::string& lines) {
+  const ProgramOutcome outcome = RunDlcs("solve " + WriteDeck(lines) + " --quiet");
+  EXPECT_EQ(outcome.code, 2) << outcome.out;
+  return outcome.err;
+}
+
+double Last(const nlohmann::json& result, const std::string& output) {
+  return result["outputs"][output].back().get<double>();
+}
+
+TEST(NetlistTest, AResistorAndACapacitorChargeExponentially) {
+  const auto result =
+      Solved("V1 in 0 10\nR1 in out 1k\nC1 out 0 1u IC=0\n.tran 1u 2m uic\n", "--tolerance 1e-10 --at 2e-3");
+  EXPECT_NEAR(Last(result, "v(out)"), 10 * (1 - std::exp(-2.0)), 1e-8);
+  EXPECT_NEAR(Last(result, "i(R1)"), 0.01 * std::exp(-2.0), 1e-11);
+  EXPECT_NEAR(Last(result, "i(V1)"), -0.01 * std::exp(-2.0), 1e-11);
+}
+
+TEST(NetlistTest, ASeriesCircuitRings) {
+  // 1 mH, 1 uF, 2 ohm from rest on 5 V: v = 5 (1 - e^{-at} (cos wt + a/w sin wt)).
+  const auto result =
+      Solved("V1 in 0 5\nR1 in a 2\nL1 a out 1m\nC1 out 0 1u\n.tran 1u 1m uic\n", "--tolerance 1e-10 --at 1e-3");
+  const double a = 1000, w = std::sqrt(1e9 - a * a), t = 1e-3;
+  EXPECT_NEAR(Last(result, "v(out)"), 5 * (1 - std::exp(-a * t) * (std::cos(w * t) + a / w * std::sin(w * t))), 1e-7);
+}
+
+// The deck of the issue of two diodes that share a current: in parallel each takes half of it, in series both take it.
+TEST(NetlistTest, DiodesInParallelAndInSeries) {
+  const std::string model = ".model DX D(RON=1 VFWD=0.5 ROFF=1e12)\n.tran 1u 1m\n";
+  const auto parallel =
+      Solved("V1 in 0 11.5\nD1 in m DX\nD2 in m DX\nR1 m out 0.5\nR2 out 0 10\nC1 out 0 1u\n" + model, "--at 1e-3");
+  EXPECT_NEAR(Last(parallel, "i(D1)"), 0.5, 1e-6);
+  EXPECT_NEAR(Last(parallel, "i(D2)"), 0.5, 1e-6);
+  const auto series = Solved("V1 in 0 13\nD1 in m DX\nD2 m out DX\nR2 out 0 10\nC1 out 0 1u\n" + model, "--at 1e-3");
+  EXPECT_NEAR(Last(series, "i(D1)"), 1, 1e-6);
+  EXPECT_NEAR(Last(series, "v(m)"), 11.5, 1e-6);
+}
+
+TEST(NetlistTest, AnInductorBehindADiodeStopsAtTheZeroOfItsCurrent) {
+  // L i' = V sin wt - R i from 0 until i = 0 again.
+  const auto result = Solved(
+      "V1 in 0 SIN(0 325 50)\nD1 in a DX\nL1 a b 0.1\nR1 b 0 10\n.model DX D(RON=0 VFWD=0 ROFF=1e15)\n"
+      ".tran 1u 20m uic\n",
+      "--tolerance 1e-9");
+  const auto& switchings = result["summary"]["switching_times"];
+  double last = 0;
+  for (const auto& switching : switchings) {
+    if (switching["kind"] == "SWITCHING_KIND_SWITCH" || switching["time"].get<double>() > 0.01)
+      last = switching["time"];
+  }
+  EXPECT_NEAR(last, 0.01472069085, 1e-9);  // as in the user's guide
+}
+
+TEST(NetlistTest, CoupledInductorsConserveFlux) {
+  // Secondary open: v2 = k √(L2/L1) v1.
+  const auto result =
+      Solved("I1 0 a PWL(0 0 1m 1)\nR0 a 0 1meg\nL1 a 0 1m\nL2 b 0 4m\nK1 L1 L2 0.5\nR2 b 0 1meg\n.tran 1u 1m\n",
+             "--tolerance 1e-8 --at 5e-4");
+  EXPECT_NEAR(Last(result, "v(b)") / Last(result, "v(a)"), 1, 1e-5);
+  EXPECT_NEAR(Last(result, "v(a)"), 1, 1e-5);
+}
+
+// Σ v i over all elements is 0: outputs of nodes and currents, the solution and Kirchhoff's laws fit together.
+class PowerBalance : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(PowerBalance, IsZero) {
+  const std::string path = ProjectPath(fmt::format("tests/client/netlist/decks/{}.cir", GetParam()));
+  std::ifstream file(path);
+  std::string deck, line;
+  std::vector<std::array<std::string, 3>> elements;
+  while (std::getline(file, line)) {
+    if (line.starts_with(".print")) continue;  // all outputs
+    deck += line + "\n";
+    char name[64], plus[64], minus[64];
+    if (elements.size() < 100 && deck.find('\n') + 1 < deck.size() &&
+        std::isalpha(static_cast<unsigned char>(line[0])) != 0 &&
+        std::sscanf(line.c_str(), "%63s %63s %63s", name, plus, minus) == 3) {
+      elements.push_back({name, plus, minus});
+    }
+  }
+  const std::string copy = fmt::format("{}balance-{}.cir", ::testing::TempDir(), GetParam());
+  std::ofstream(copy) << deck;
+  const ProgramOutcome outcome = RunDlcs("solve " + copy + " --format json --quiet");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto result = nlohmann::json::parse(outcome.out);
+  const auto& outputs = result["outputs"];
+  const auto volts = [&outputs](const std::string& node, std::size_t k) {
+    return node == "0" ? 0.0 : outputs.at("v(" + node + ")")[k].get<double>();
+  };
+  const std::size_t times = result["trajectory"]["times"].size();
+  ASSERT_GT(times, 5);
+  for (std::size_t k = 0; k < times; ++k) {
+    double sum = 0, size = 0.1;
+    for (const auto& [name, plus, minus] : elements) {
+      const double power = (volts(plus, k) - volts(minus, k)) * outputs.at("i(" + name + ")")[k].get<double>();
+      sum += power;
+      size += std::abs(power);
+    }
+    EXPECT_NEAR(sum, 0, 1e-9 * size) << "at t = " << result["trajectory"]["times"][k];
+  }
+  const auto& certificate = result["summary"]["certificate"];
+  EXPECT_LE(certificate["node_residual"].get<double>(), 1e-9 * certificate["lcp_scale"].get<double>());
+  EXPECT_EQ(result["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+}
+
+INSTANTIATE_TEST_SUITE_P(Decks, PowerBalance, ::testing::Values("rlc", "half-wave", "bridge", "buck", "boost"),
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+TEST(NetlistTest, TheProblemFileHasTheSameSolutionAndOutputs) {
+  const std::string path = ProjectPath("tests/client/netlist/decks/buck.cir");
+  const ProgramOutcome file = RunDlcs("netlist " + path);
+  ASSERT_EQ(file.code, 0) << file.err;
+  EXPECT_THAT(file.err, HasSubstr("a diode with a forward voltage of 0.5 V and 0.01 ohm"));
+  const auto problem = nlohmann::json::parse(file.out);
+  EXPECT_EQ(problem["states"], nlohmann::json({"i_L1", "v_C1"}));
+  EXPECT_EQ(problem["pairs"], nlohmann::json({"S1_forward", "S1_backward", "D1"}));
+  const std::string json = ::testing::TempDir() + "buck.json";
+  std::ofstream(json) << file.out;
+  const std::string options = " --at 1e-4,2e-4,4e-4 --format csv --quiet";
+  const ProgramOutcome one = RunDlcs("solve " + path + options), other = RunDlcs("solve " + json + options);
+  EXPECT_EQ(one.code, 0);
+  EXPECT_EQ(one.out, other.out);
+  EXPECT_THAT(one.out, ::testing::StartsWith("t,v(out),i(L1),v(sw)\n0.0001,"));
+  EXPECT_EQ(RunDlcs("solve - " + options, "cat " + path + " | ").out, one.out);
+}
+
+TEST(NetlistTest, OutputsAreColumnsOfTheTable) {
+  const std::string path = ProjectPath("tests/client/netlist/decks/half-wave.cir");
+  const ProgramOutcome table = RunDlcs("solve " + path + " --at 0.01,0.02 --quiet");
+  EXPECT_THAT(table.out, AllOf(HasSubstr("v(out)"), HasSubstr("i(D1)"), Not(HasSubstr("w(D1)"))));
+  EXPECT_THAT(table.out, HasSubstr("switch                D1"));
+  EXPECT_EQ(RunDlcs("analyze " + path).code, 0);
+}
+
+TEST(NetlistTest, SaysWhyACircuitHasNoSolution) {
+  const std::string ideal = ".model DX D(RON=0 VFWD=0)\n.tran 1u 1m\n";
+  EXPECT_THAT(Refused("V1 a 0 10\nD1 a 0 DX\nR1 a b 1k\nC1 b 0 1u\n" + ideal),
+              AllOf(HasSubstr("no operating point"), HasSubstr("D1")));
+  EXPECT_THAT(Refused("V1 a 0 SIN(0 1 50)\nD1 a b DX\nC1 b 0 1u\n.model DX D(RON=0 ROFF=1e999)\n.tran 1u 1m\n"),
+              HasSubstr("1e999"));
+  EXPECT_THAT(Refused("V1 a 0 1\nV2 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n"), HasSubstr("form a loop of voltage sources"));
+  EXPECT_THAT(Refused("V1 a 0 1\nR1 b c 1\nC1 a 0 1u\n.tran 1u 1m\n"), HasSubstr("nodes b and c"));
+  const ProgramOutcome infeasible = RunDlcs(
+      "solve " + WriteDeck("V1 a 0 SIN(0 10 1k)\nD1 a 0 DX\nR1 a b 1k\nC1 b 0 1u\n.model DX D(RON=0)\n.tran 1u 1m\n"));
+  EXPECT_EQ(infeasible.code, 1);
+  EXPECT_THAT(infeasible.err, HasSubstr("nothing limits the current in the loop of V1"));
+}
+
+}  // namespace
+}  // namespace dlcs::client
