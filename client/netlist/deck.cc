@@ -988,8 +988,9 @@ class DeckReader {
     if (options_.diode == DiodeRule::kIdeal) {
       rule = "ideal, as --diode ideal asks";
     } else if (is_linear) {
-      diode = {
-          .forward = at("vfwd", 0), .on_resistance = at("ron", 1) / area, .off_resistance = at("roff", 1e12) / area};
+      diode = {.forward = at("vfwd", 0),
+               .on_resistance = at("ron", 1) / area,
+               .off_resistance = at("roff", std::numeric_limits<double>::infinity()) / area};
       rule = "from VFWD, RON and ROFF";
     } else {
       const double saturation = at("is", at("js", 1e-14)) * area, slope = at("n", 1) * kThermalVoltage;
@@ -1037,7 +1038,7 @@ class DeckReader {
     element.switching = {.threshold = value(by_voltage ? "vt" : "it", 0),
                          .hysteresis = value(by_voltage ? "vh" : "ih", 0),
                          .on_resistance = value("ron", 1),
-                         .off_resistance = value("roff", 1e12)};
+                         .off_resistance = value("roff", std::numeric_limits<double>::infinity())};
     if (by_voltage) {
       element.control_plus = NodeOf(instance, fields.words[3].text);
       element.control_minus = NodeOf(instance, fields.words[4].text);

@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""dlcs and ngspice solve the same decks. The steps of ngspice are refined until its own answer has settled: the
+difference to its answer with four times the step is subtracted, for it converges like the step.
+
+Diodes of decks become switches that their own voltage controls, which both programs take as the same element.
+
+    ngspice_peer_test.py DLCS DECKS_FOLDER
+"""
+
+import csv
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy
+
+DLCS, DECKS = sys.argv[1], pathlib.Path(sys.argv[2])
+
+
+def with_switches_for_diodes(deck, ohms, stop):
+    deck = re.sub(r"^D(\w+) (\S+) (\S+) D\w$", r"SD\1 \2 \3 \2 \3 SWD", deck, flags=re.M)
+    deck = re.sub(r"^\.model D\w .*$", f".model SWD SW(RON={ohms} ROFF=1meg VT=0)", deck, flags=re.M)
+    deck = re.sub(r"(SW\(RON=\S+) VT", r"\1 ROFF=1meg VT", deck)
+    return re.sub(r"^(\.tran \S+) \S+", rf"\1 {stop}", deck, flags=re.M)
+
+
+def solve(deck, times, folder):
+    path = folder / "deck.cir"
+    path.write_text(deck)
+    at = ",".join(repr(float(time)) for time in times)
+    arguments = [DLCS, "solve", path, "--tolerance", "1e-8", "--format", "csv", "--at", at, "--quiet"]
+    run = subprocess.run(arguments, capture_output=True, text=True, check=True)
+    rows = list(csv.reader(run.stdout.splitlines()))
+    return [name.lower() for name in rows[0][1:]], numpy.array([[float(x) for x in row[1:]] for row in rows[1:]])
+
+
+def vectors(name):
+    """What ngspice saves for an output, with signs."""
+    inside = name[2:-1].split(",")
+    return [(f"{name[0]}({part})", sign) for part, sign in zip(inside, (1, -1))]
+
+
+def spice(deck, names, step, times, folder):
+    lines = [line for line in deck.splitlines() if not re.match(r"\.(print|end)\b", line)]
+    lines = [re.sub(r"^(\.tran \S+ \S+)", rf"\1 0 {step:g}", line) for line in lines]
+    saved = sorted({vector for name in names for vector, _ in vectors(name)})
+    lines += [".options reltol=1e-7 abstol=1e-12 vntol=1e-9 chgtol=1e-18", ".save " + " ".join(saved), ".end"]
+    (folder / "spice.cir").write_text("\n".join(lines) + "\n")
+    subprocess.run(
+        ["ngspice", "-b", "spice.cir", "-r", "out.raw"], cwd=folder, capture_output=True, check=True, timeout=120
+    )
+    head, data = (folder / "out.raw").read_bytes().split(b"Binary:\n", 1)
+    columns = [line.split()[1].decode().lower() for line in head.split(b"Variables:\n")[1].strip().splitlines()]
+    values = numpy.frombuffer(data, dtype=float)
+    values = values[: len(values) // len(columns) * len(columns)].reshape(-1, len(columns))
+
+    def interpolated(vector):
+        return numpy.interp(times, values[:, 0], values[:, columns.index(vector)])
+
+    return numpy.array([sum(sign * interpolated(vector) for vector, sign in vectors(name)) for name in names]).T
+
+
+@unittest.skipUnless(shutil.which("ngspice"), "ngspice is not installed")
+class NgspicePeerTest(unittest.TestCase):
+    def compare(self, deck, stop, step, agreement):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            # Not at edges, between which the answers of ngspice are interpolated.
+            times = stop * (numpy.arange(37) + 0.6180339887) / 37
+            names, ours = solve(deck, times, folder)
+            kept = [k for k, output in enumerate(names) if output[0] == "v" or output[2] in "lv"]  # what ngspice saves
+            names, ours = [names[k] for k in kept], ours[:, kept]
+            coarse = spice(deck, names, 4 * step, times, folder)
+            fine = spice(deck, names, step, times, folder)
+        size = abs(ours).max(axis=0)
+        settled = abs(fine - coarse).max(axis=0) / size
+        difference = abs(fine - ours).max(axis=0) / size
+        for k, output in enumerate(names):
+            self.assertLess(settled[k], 3 * agreement, f"{output}: ngspice itself has not settled")
+            self.assertLess(difference[k], agreement, f"{output}: ngspice moved by {settled[k]:.2g}")
+
+    def test_resistors_inductors_capacitors_and_sources(self):
+        self.compare((DECKS / "rlc.cir").read_text(), 0.02, 1e-7, 1e-6)
+
+    def test_rectifiers(self):
+        for name, stop in (("half-wave", 0.03), ("bridge", 0.02)):
+            with self.subTest(name):
+                deck = with_switches_for_diodes((DECKS / f"{name}.cir").read_text(), 0.01, stop)
+                self.compare(deck, stop, 1e-7, 1e-5)
+
+    def test_converters(self):
+        for name in ("buck", "boost"):
+            with self.subTest(name):
+                deck = with_switches_for_diodes((DECKS / f"{name}.cir").read_text(), 0.01, 6e-5)
+                self.compare(deck, 6e-5, 5e-10, 1e-5)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
