@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -31,6 +32,8 @@ void ReadFactors(const json& value, const std::string& key, JsonReader& reader, 
 ordered_json OutputsJson(const NamedOutputs& outputs) {
   ordered_json value = ordered_json::object();
   value["names"] = outputs.names;
+  if (outputs.shown < outputs.names.size()) value["shown"] = outputs.shown;
+  if (!outputs.limits.empty()) value["limits"] = outputs.limits;
   value["x"] = MatrixJson(outputs.x_factors);
   value["y"] = MatrixJson(outputs.y_factors);
   ordered_json sources = SourceJson(outputs.sources, static_cast<int>(outputs.names.size()));
@@ -47,6 +50,16 @@ absl::StatusOr<NamedOutputs> OutputsFromJson(const json& value, const std::strin
   }
   for (const json& name : value["names"]) outputs.names.push_back(name.is_string() ? name.get<std::string>() : "");
   const auto count = static_cast<int>(outputs.names.size());
+  outputs.shown = outputs.names.size();
+  if (value.contains("shown")) {
+    const auto shown = reader.ReadNumber(value["shown"], "annotations.outputs.shown");
+    if (shown && *shown >= 0 && *shown <= count) outputs.shown = static_cast<std::size_t>(*shown);
+  }
+  if (value.contains("limits") && value["limits"].is_object()) {
+    for (const auto& [name, limit] : value["limits"].items()) {
+      outputs.limits[name] = reader.ReadNumber(limit, "annotations.outputs.limits." + name).value_or(0);
+    }
+  }
   ReadFactors(value, "x", reader, outputs.x_factors);
   ReadFactors(value, "y", reader, outputs.y_factors);
   json sources = json::object();
@@ -84,6 +97,37 @@ absl::StatusOr<OutputColumns> EvaluateOutputs(const NamedOutputs& outputs, const
     std::copy(at.begin(), at.end(), columns.values.begin() + static_cast<std::ptrdiff_t>(k * outputs.names.size()));
   }
   return columns;
+}
+
+std::vector<std::string> ReachedLimits(const NamedOutputs& outputs, const OutputColumns& columns,
+                                       const std::vector<double>& times) {
+  constexpr double kReached = 0.999;
+  std::vector<std::string> reached;
+  for (std::size_t i = 0; i < columns.names.size(); ++i) {
+    const auto limit = outputs.limits.find(columns.names[i]);
+    if (limit == outputs.limits.end()) continue;
+    for (std::size_t k = 0; k < times.size(); ++k) {
+      if (!(std::abs(columns.at(k)[i]) >= kReached * limit->second)) continue;
+      reached.push_back(
+          fmt::format("{} reaches {:g} A at t = {:g}, the largest current that the model of this switch "
+                      "allows: the result is none of the circuit",
+                      columns.names[i], limit->second, times[k]));
+      break;
+    }
+  }
+  return reached;
+}
+
+OutputColumns ShownOutputs(const NamedOutputs& outputs, const OutputColumns& columns) {
+  OutputColumns shown;
+  const std::size_t count = std::min(outputs.shown, columns.names.size());
+  shown.names.assign(columns.names.begin(), columns.names.begin() + static_cast<std::ptrdiff_t>(count));
+  const std::size_t times = columns.names.empty() ? 0 : columns.values.size() / columns.names.size();
+  for (std::size_t k = 0; k < times; ++k) {
+    const auto values = columns.at(k).first(count);
+    shown.values.insert(shown.values.end(), values.begin(), values.end());
+  }
+  return shown;
 }
 
 }  // namespace dlcs::client

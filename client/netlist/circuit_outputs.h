@@ -4,6 +4,8 @@
 #ifndef DLCS_CLIENT_NETLIST_CIRCUIT_OUTPUTS_H_
 #define DLCS_CLIENT_NETLIST_CIRCUIT_OUTPUTS_H_
 
+#include <cstddef>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -17,6 +19,8 @@ namespace dlcs::client {
 // x_factors x + y_factors y + sources(t), a row for each name.
 struct NamedOutputs {
   std::vector<std::string> names;
+  std::size_t shown = 0;                 // the first ones; the others are only compared with their limits
+  std::map<std::string, double> limits;  // A, by name: no current of a switch can be larger
   v1::Matrix x_factors, y_factors;
   v1::TimeFunction sources;
 };
@@ -30,6 +34,14 @@ absl::StatusOr<NamedOutputs> OutputsFromJson(const nlohmann::json& value, const 
 // The outputs at the times of `result`, on [0, horizon]; at jumps of sources the limits from the right. Errors:
 // InvalidArgument where the shapes do not fit.
 absl::StatusOr<OutputColumns> EvaluateOutputs(const NamedOutputs& outputs, const SolveResult& result, double horizon);
+
+// The first currents of `columns` that reach their limit, one sentence for each switch; empty if none does. Then the
+// circuit needs a current that the formulation does not allow, and the result is none of the circuit.
+std::vector<std::string> ReachedLimits(const NamedOutputs& outputs, const OutputColumns& columns,
+                                       const std::vector<double>& times);
+
+// `columns` without those that are not shown.
+OutputColumns ShownOutputs(const NamedOutputs& outputs, const OutputColumns& columns);
 
 }  // namespace dlcs::client
 

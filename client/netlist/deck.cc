@@ -722,6 +722,10 @@ class DeckReader {
         defaults.push_back(fmt::format("PW = TSTOP = {:g} s", stop));
       }
       if (wave.period == 0) wave.period = std::numeric_limits<double>::infinity();
+      if (wave.rise + wave.width + wave.fall > wave.period * (1 + 1e-6)) {
+        Note(fmt::format("{}: PULSE of {}: TR + PW + TF = {:g} s is longer than PER = {:g} s, which cuts it",
+                         fields.Place(begin), fields.words[0].text, wave.rise + wave.width + wave.fall, wave.period));
+      }
       if (!defaults.empty()) {
         Note(fmt::format("{}: PULSE of {} has {}, as in SPICE{}", fields.Place(begin), fields.words[0].text,
                          fmt::join(defaults, ", "), ramp > 0 ? "; with --ideal-edges missing ramps are jumps" : ""));

@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <utility>
 
 #include "client/files/json_text.h"
@@ -56,8 +58,17 @@ OutputChoice Choose(const CircuitOutputs& outputs, const std::vector<std::string
   return choice;
 }
 
-NamedOutputs Selected(const CircuitOutputs& outputs, const std::vector<std::string>& names) {
-  const OutputChoice choice = Choose(outputs, names);
+NamedOutputs Selected(const CircuitProblem& made, const std::vector<std::string>& names) {
+  const CircuitOutputs& outputs = made.outputs;
+  OutputChoice choice = Choose(outputs, names);
+  const std::size_t shown = choice.names.size();
+  std::map<std::string, double> limits;
+  for (const CurrentLimit& limit : made.limits) {
+    limits[limit.output] = limit.amperes;
+    if (std::find(choice.names.begin(), choice.names.end(), limit.output) != choice.names.end()) continue;
+    choice.names.push_back(limit.output);
+    choice.rows.emplace_back(RowOf(outputs, Lower(limit.output)), -1);
+  }
   Matrix rows = Matrix::Zero(static_cast<Index>(choice.rows.size()), static_cast<Index>(outputs.names.size()));
   for (std::size_t k = 0; k < choice.rows.size(); ++k) {
     if (choice.rows[k].first >= 0) rows(static_cast<Index>(k), choice.rows[k].first) += 1;
@@ -66,6 +77,8 @@ NamedOutputs Selected(const CircuitOutputs& outputs, const std::vector<std::stri
   TimeFunction sources = outputs.sources;
   sources.lift = sources.is_lifted() ? Matrix(rows * sources.lift.Dense()) : rows;
   return {.names = choice.names,
+          .shown = shown,
+          .limits = limits,
           .x_factors = ToProto(Matrix(rows * outputs.x_factors)),
           .y_factors = ToProto(Matrix(rows * outputs.y_factors)),
           .sources = ToProto(sources)};
@@ -104,7 +117,7 @@ absl::StatusOr<Netlist> ReadNetlist(const std::string& text, const std::string& 
   netlist.title = deck->title;
   netlist.problem = ToProto(made->problem);
   SetNames({made->state_names, made->pair_names}, netlist.problem);
-  netlist.outputs = Selected(made->outputs, deck->outputs);
+  netlist.outputs = Selected(*made, deck->outputs);
   netlist.notes = std::move(deck->notes);
   netlist.notes.insert(netlist.notes.end(), made->notes.begin(), made->notes.end());
   return netlist;

@@ -154,6 +154,7 @@ class BranchMaker {
       return AddDiode(element, forwards ? element.plus : element.minus, forwards ? element.minus : element.plus, diode);
     }
     const double limit = LargestCurrent(model.on_resistance);
+    made_.limits.push_back({element_, limit});
     Index start = element.plus;
     if (model.on_resistance > 0) {
       start = NewNode();

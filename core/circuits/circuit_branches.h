@@ -60,6 +60,12 @@ struct CircuitBranches {
     double sign = 1;
   };
   std::vector<std::vector<Part>> parts;
+  // The largest current I of a switch, A.
+  struct Limit {
+    Index element = 0;
+    double amperes = 0;
+  };
+  std::vector<Limit> limits;
   std::vector<std::string> notes;
 };
 

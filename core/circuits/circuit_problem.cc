@@ -549,6 +549,9 @@ class Formulation {
     made.outputs.x_factors = outputs.x;
     made.outputs.y_factors = outputs.y;
     made.outputs.sources = FunctionOf(outputs.s, outputs.ds);
+    for (const CircuitBranches::Limit& limit : graph_.limits) {
+      made.limits.push_back({"i(" + ElementAt(limit.element).name + ")", limit.amperes});
+    }
     MakeNames(made);
     if (num_states() == 0) AddIdleState(made);
     if (num_pairs() == 0) AddIdlePair(made);

@@ -21,6 +21,12 @@ struct CircuitOutputs {
   TimeFunction sources;
 };
 
+// The current of a switch can be no larger than this. A solution that reaches it is none of the circuit.
+struct CurrentLimit {
+  std::string output;  // i(S1)
+  double amperes = 0;
+};
+
 struct CircuitProblem {
   Problem problem;
   // v_C1: volts, i_L1: amperes. v0_C1, i0_L1: the same without what follows the sources at once, where C1 is in a loop
@@ -29,6 +35,7 @@ struct CircuitProblem {
   // D1: a diode; S1_forward, S1_backward: the valves of a switch; D1_breakdown.
   std::vector<std::string> pair_names;
   CircuitOutputs outputs;
+  std::vector<CurrentLimit> limits;
   std::vector<std::string> notes;  // what was assumed
 };
 

@@ -40,7 +40,10 @@ Waveform GateOfPulse(const PulseWave& control, double close, double open, bool s
   };
   const bool closes = largest >= close, opens = least <= open;
   if (closes && opens) {
-    const double first = up ? on_rise(close) : on_rise(open), last = up ? on_fall(open) : on_fall(close);
+    const double first = up ? on_rise(close) : on_rise(open);
+    // A pulse that is longer than its period falls at its end.
+    const double last = std::min(up ? on_fall(open) : on_fall(close), control.period);
+    if (first >= control.period) return ConstantWave{start ? 1.0 : 0.0};
     return PulseWave{.low = up ? 0.0 : 1.0,
                      .high = up ? 1.0 : 0.0,
                      .delay = control.delay + first,

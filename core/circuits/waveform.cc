@@ -173,10 +173,6 @@ std::string Fault(const PulseWave& wave) {
     return "TD, TR, TF and PW of PULSE must be at least 0";
   }
   if (!(wave.period > 0)) return "PER of PULSE is " + NumberText(wave.period) + "; must be above 0";
-  const double busy = wave.rise + wave.width + wave.fall;
-  if (std::isfinite(wave.period) && busy > wave.period * (1 + 1e-12)) {
-    return "TR + PW + TF = " + NumberText(busy) + " s is longer than PER = " + NumberText(wave.period) + " s";
-  }
   return "";
 }
 
@@ -244,10 +240,12 @@ std::string DerivativeNear(const Waveform& wave, double inside) {
 bool HasJump(const Waveform& wave, double horizon) {
   if (const auto* pulse = std::get_if<PulseWave>(&wave)) {
     if (pulse->low == pulse->high || pulse->delay >= horizon) return false;
+    const bool is_too_long = pulse->rise + pulse->width + pulse->fall > pulse->period * (1 + 1e-12);
     // A pulse that starts to rise at 0 with no ramp does not jump there: it starts high.
     const bool rises = pulse->rise == 0 && (pulse->delay > 0 || pulse->delay + pulse->period < horizon);
     const bool falls = pulse->fall == 0 && pulse->delay + pulse->rise + pulse->width < horizon;
-    return rises || falls;
+    const bool is_cut = is_too_long && pulse->delay + pulse->period < horizon;
+    return rises || falls || is_cut;
   }
   if (const auto* line = std::get_if<PiecewiseLinearWave>(&wave)) {
     for (std::size_t k = 1; k < line->times.size(); ++k) {

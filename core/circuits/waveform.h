@@ -16,7 +16,7 @@ struct ConstantWave {
 };
 
 // From `low` at `delay` to `high` within `rise`, for `width`, and back within `fall`; again after each `period`.
-// A ramp of 0 s is a jump.
+// A ramp of 0 s is a jump. A pulse that is longer than its period jumps back at its end.
 struct PulseWave {
   double low = 0, high = 0;
   double delay = 0, rise = 0, fall = 0;  // s, >= 0

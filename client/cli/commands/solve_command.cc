@@ -57,7 +57,10 @@ double NearestNode(const v1::SolveOptions& options, double horizon, double time)
 std::set<double> EvenTimes(const v1::SolveOptions& options, double horizon, int intervals) {
   std::set<double> times = {0, horizon};
   for (int k = 1; k < intervals; ++k) {
-    const double even = horizon * k / intervals;
+    // Rows of the table have the same bits among the points of a picture.
+    const int per_row = intervals / kTableIntervals;
+    const double even =
+        k % per_row == 0 ? horizon * (k / per_row) / kTableIntervals : horizon * k / intervals;
     const double time = NearestNode(options, horizon, std::isfinite(even) ? even : horizon / intervals * k);
     constexpr double kSame = 1e-12;  // as 0 or T, which are there
     if (time > kSame * horizon && time < (1 - kSame) * horizon) times.insert(time);
@@ -237,7 +240,9 @@ ExitCode Run(const SolveCommand& command) {
                command.options.step(), input->horizon());
   }
   const std::set<double> table_times = TableTimes(command, input->horizon());
-  const bool curves = !command.plot.empty() && !table_times.empty();
+  // Currents of switches are compared with their limits at more times than a table shows.
+  const bool has_limits = input->outputs() && !input->outputs()->limits.empty();
+  const bool curves = (!command.plot.empty() || has_limits) && !table_times.empty();
   for (const double time : curves ? EvenTimes(command.options, input->horizon(), kPictureIntervals) : table_times) {
     request.mutable_options()->add_output_times(time);
   }
@@ -250,11 +255,14 @@ ExitCode Run(const SolveCommand& command) {
   const auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
   if (!result.ok()) return PrintCallError(result.status(), input->source());
 
+  std::vector<std::string> reached;
   SolveResult shown = curves ? Thinned(*result, table_times) : *result;
   if (input->outputs()) {
-    auto outputs = EvaluateOutputs(*input->outputs(), shown, input->horizon());
+    const auto all = EvaluateOutputs(*input->outputs(), *result, input->horizon());
+    const auto outputs = EvaluateOutputs(*input->outputs(), shown, input->horizon());
     if (!outputs.ok()) return PrintError(outputs.status(), kBadInput);
-    shown.outputs = *std::move(outputs);
+    shown.outputs = ShownOutputs(*input->outputs(), *outputs);
+    reached = ReachedLimits(*input->outputs(), *all, result->times);
   }
   const absl::Status delivered = Deliver(command, input->title(), shown, output->get());
   if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
@@ -272,7 +280,8 @@ ExitCode Run(const SolveCommand& command) {
   if (!result->job.empty()) {
     fmt::print(stderr, "dlcs: {0} keeps the part solved so far: dlcs result {0}\n", result->job);
   }
-  return ExitCodeOf(result->summary);
+  for (const std::string& line : reached) PrintNotice(line);
+  return reached.empty() ? ExitCodeOf(result->summary) : kNoAnswer;
 }
 
 }  // namespace dlcs::client

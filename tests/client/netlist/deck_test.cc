@@ -199,7 +199,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("R1 a 0 1\nC1 a 0 1u\n"), HasSubstr("no .tran"));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1u 0\n"), HasSubstr("TSTOP"));
   EXPECT_THAT(Fault(".tran 1u 1m\n.tran 1u 2m\nR1 a 0 1\n"), HasSubstr("a second .tran"));
-  EXPECT_THAT(Fault("V1 a 0 PULSE(0 1 0 1u 1u 5u 2u)\n" + rest), HasSubstr("longer than PER"));
+  EXPECT_THAT(Fault("V1 a 0 PULSE(0 1 0 -1u)\n" + rest), HasSubstr("at least 0"));
   EXPECT_THAT(Fault("V1 a 0 PULSE(0 1 0 1u\n" + rest), HasSubstr("\")\" is missing"));
   EXPECT_THAT(Fault("V1 a 0 WAVE(1)\n" + rest), HasSubstr("function WAVE is not supported"));
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1)\n" + rest), HasSubstr("pairs"));

@@ -180,6 +180,25 @@ TEST(NetlistTest, OutputsAreColumnsOfTheTable) {
   EXPECT_EQ(RunDlcs("analyze " + path).code, 0);
 }
 
+// The coil's 10 A go through 1 kilohm when S1 opens: far more than 10 V could drive, and more than the switch allows.
+TEST(NetlistTest, ASwitchAtTheLimitOfItsCurrentIsNoSuccess) {
+  const ProgramOutcome outcome = RunDlcs(
+      "solve " +
+      WriteDeck("V1 p 0 10\nL1 p a 1m IC=0\nS1 a 0 g 0 SA\nS2 a 0 p 0 SB\nC1 a 0 1u\nVg g 0 PULSE(5 0 1m 0 0 1)\n"
+                ".model SA SW(RON=1m VT=2)\n.model SB SW(RON=1k VT=2)\n.tran 0 1.05m uic\n.print v(a)\n"));
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("i(S2) reaches 0.03 A at t = "));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("i(S2)")));
+}
+
+TEST(NetlistTest, ATableHasAllItsRows) {
+  const ProgramOutcome outcome = RunDlcs("solve " + ProjectPath("tests/client/netlist/decks/buck.cir") + " --quiet");
+  for (const char* time :
+       {"4e-05", "8e-05", "0.00012", "0.00016", "0.0002", "0.00024", "0.00028", "0.00032", "0.00036"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(std::string(time) + " "));
+  }
+}
+
 TEST(NetlistTest, SaysWhyACircuitHasNoSolution) {
   const std::string ideal = ".model DX D(RON=0 VFWD=0)\n.tran 1u 1m\n";
   EXPECT_THAT(Refused("V1 a 0 10\nD1 a 0 DX\nR1 a b 1k\nC1 b 0 1u\n" + ideal),

@@ -32,6 +32,14 @@ TEST(GateTest, APulseGivesAPulseWithHysteresis) {
   EXPECT_EQ(pulse.period, 10);
 }
 
+TEST(GateTest, OpensAtTheEndOfThePeriodThatCutsThePulse) {
+  const PulseWave drive{.low = 0, .high = 4, .rise = 1, .fall = 1, .width = 1, .period = 2.25};
+  const auto gate = GateOf({{1, drive}}, {.threshold = 2}, 100);
+  ASSERT_TRUE(gate.ok());
+  EXPECT_EQ(std::get<PulseWave>(*gate).delay, 0.5);
+  EXPECT_EQ(std::get<PulseWave>(*gate).width, 1.75);
+}
+
 TEST(GateTest, ANegatedPulseOpens) {
   const PulseWave drive{.low = 0, .high = 5, .delay = 1, .rise = 1, .fall = 1, .width = 2, .period = 10};
   const auto gate = GateOf({{-1, drive}, {1, ConstantWave{5}}}, {.threshold = 2.5}, 100);
