@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lcp/structured/bounded_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+#include <utility>
+
+namespace dlcs {
+namespace {
+
+constexpr Index kBoundsOfABlock = 4096;
+// Far above what was seen, some ten.
+constexpr Index kMostChanges = 300;
+// Multigrid needs some twenty; a hundred times as many mean that it does not suit K.
+constexpr Index kMostIterations = 2000;
+
+// How far the residual must fall before the set is looked at. After many changes that lead nowhere the equations are
+// solved first, as in the exact method, whose convergence is known.
+double FallBeforeChange(Index changes) { return changes < 10 ? 1e-2 : changes < 20 ? 1e-4 : 0; }
+
+}  // namespace
+
+BoundedSolver::BoundedSolver(const SparseMatrix& K, std::vector<BoundedUnknown> bounded, Workers& workers)
+    : linear_(K, workers),
+      bounded_(std::move(bounded)),
+      diagonal_(static_cast<Index>(bounded_.size())),
+      workers_(workers),
+      is_fixed_(K.rows(), 0) {
+  for (std::size_t k = 0; k < bounded_.size(); ++k) diagonal_[k] = K.coeff(bounded_[k].index, bounded_[k].index);
+}
+
+std::uint64_t BoundedSolver::HashOfFixed() const {
+  std::uint64_t hash = 14695981039346656037U;  // FNV-1a
+  for (const auto& [index, sign] : bounded_) hash = (hash ^ is_fixed_[index]) * 1099511628211U;
+  return hash;
+}
+
+LcpStatus BoundedSolver::Iterate(double factor) {
+  const Index before = linear_.iterations();
+  const double target = std::max(1.0, factor * linear_.residual());
+  bool is_reduced = linear_.Reduce(target, kMostIterations);
+  // What rounding has added up in the residual of the iteration takes a step or two more.
+  for (int k = 0; k < 3 && is_reduced && target == 1; ++k) {
+    linear_.Refresh();
+    if (linear_.residual() <= 1) break;
+    is_reduced = linear_.Reduce(1, kMostIterations);
+  }
+  counts_.linear_iterations += linear_.iterations() - before;
+  if (is_reduced) return LcpStatus::kSolved;
+  return std::isfinite(linear_.residual()) ? LcpStatus::kSingular : LcpStatus::kNonFinite;
+}
+
+bool BoundedSolver::ChangeSides(const Vector& b, const Vector& bounds, const ResidualScale& tolerance, Vector& z,
+                                Vector& multipliers) {
+  const double residual = std::max(1.0, linear_.residual());
+  const Index count = multipliers.size();
+  std::vector<std::uint8_t> is_wrong(count);
+  workers_.ForBlocks(count, kBoundsOfABlock, [&](Index, Index begin, Index end) {
+    for (Index k = begin; k < end; ++k) {
+      const auto [j, sign] = bounded_[k];
+      const double noise = residual * (j < tolerance.split ? tolerance.first : tolerance.second);
+      if (is_fixed_[j]) multipliers[k] = sign * (linear_.RowTimes(j, z) - b[j]);
+      is_wrong[k] = is_fixed_[j] ? multipliers[k] < -noise : diagonal_[k] * sign * (z[j] - bounds[k]) < -noise;
+    }
+  });
+  bool is_changed = false;
+  for (Index k = 0; k < count; ++k) {
+    if (!is_wrong[k]) continue;
+    const Index j = bounded_[k].index;
+    is_fixed_[j] = !is_fixed_[j];
+    if (is_fixed_[j]) z[j] = bounds[k];
+    if (!is_fixed_[j]) multipliers[k] = 0;
+    is_changed = true;
+  }
+  return is_changed;
+}
+
+LcpStatus BoundedSolver::Solve(const Vector& b, const Vector& bounds, const ResidualScale& tolerance, Vector& z,
+                               Vector& multipliers) {
+  ++counts_.solves;
+  for (Index k = 0; k < multipliers.size(); ++k) {
+    const auto [j, sign] = bounded_[k];
+    is_fixed_[j] = multipliers[k] - diagonal_[k] * sign * (z[j] - bounds[k]) > 0;
+    if (is_fixed_[j]) z[j] = bounds[k];
+    if (!is_fixed_[j]) multipliers[k] = 0;
+  }
+  std::unordered_set<std::uint64_t> solved_sets;
+  for (Index changes = 0; changes <= kMostChanges; ++changes) {
+    linear_.Fix(is_fixed_);
+    linear_.Start(b, z, tolerance);
+    for (bool is_changed = false; !is_changed;) {
+      if (const LcpStatus verdict = Iterate(FallBeforeChange(changes)); verdict != LcpStatus::kSolved) return verdict;
+      const bool is_exact = linear_.residual() <= 1;
+      const std::uint64_t set = HashOfFixed();
+      is_changed = ChangeSides(b, bounds, tolerance, z, multipliers);
+      if (is_exact && is_changed && !solved_sets.insert(set).second) return LcpStatus::kPivotLimit;
+      if (is_exact && !is_changed) {
+        for (Index k = 0; k < multipliers.size(); ++k) {
+          const auto [j, sign] = bounded_[k];
+          multipliers[k] = std::max(multipliers[k], 0.0);
+          if (sign * (z[j] - bounds[k]) < 0) z[j] = bounds[k];
+        }
+        return LcpStatus::kSolved;
+      }
+    }
+    ++counts_.changes;
+    counts_.most_changes = std::max(counts_.most_changes, changes + 1);
+  }
+  return LcpStatus::kPivotLimit;
+}
+
+}  // namespace dlcs

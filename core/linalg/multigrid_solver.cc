@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/linalg/multigrid_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+constexpr Index kRowsOfAVectorBlock = 4096;
+
+// K by rows, with zeros where only Kᵀ has an entry, and on the diagonal.
+CompressedRows<double> WithSymmetricPattern(const SparseMatrix& K) {
+  RowMajor rows = K;
+  RowMajor identity(K.rows(), K.cols());
+  identity.setIdentity();
+  rows = RowMajor(rows + 0.0 * RowMajor(K.transpose())) + 0.0 * identity;
+  rows.makeCompressed();
+  CompressedRows<double> result{.cols = K.cols()};
+  result.start.assign(rows.outerIndexPtr(), rows.outerIndexPtr() + rows.rows() + 1);
+  result.column.assign(rows.innerIndexPtr(), rows.innerIndexPtr() + rows.nonZeros());
+  result.value.assign(rows.valuePtr(), rows.valuePtr() + rows.nonZeros());
+  return result;
+}
+
+// Sums and maxima over blocks, in the order of blocks.
+template <typename Body>
+double SumOfBlocks(Index count, Workers& workers, const Body& body) {
+  std::vector<double> sums((count + kRowsOfAVectorBlock - 1) / kRowsOfAVectorBlock);
+  workers.ForBlocks(count, kRowsOfAVectorBlock,
+                    [&](Index block, Index begin, Index end) { sums[block] = body(begin, end); });
+  double sum = 0;
+  for (const double of_block : sums) sum += of_block;
+  return sum;
+}
+
+double Dot(const Eigen::Ref<const Vector>& a, const Eigen::Ref<const Vector>& b, Workers& workers) {
+  return SumOfBlocks(a.size(), workers, [&](Index begin, Index end) {
+    return a.segment(begin, end - begin).dot(b.segment(begin, end - begin));
+  });
+}
+
+// b += factor a
+void AddMultiple(double factor, const Eigen::Ref<const Vector>& a, Eigen::Ref<Vector> b, Workers& workers) {
+  workers.ForBlocks(a.size(), kRowsOfAVectorBlock, [&](Index, Index begin, Index end) {
+    b.segment(begin, end - begin) += factor * a.segment(begin, end - begin);
+  });
+}
+
+struct ResidualSize {
+  double scaled = 0, plain = 0;
+};
+
+}  // namespace
+
+MultigridSolver::MultigridSolver(const SparseMatrix& K, Workers& workers)
+    : K_(WithSymmetricPattern(K)),
+      is_symmetric_(IsSymmetric(K)),
+      workers_(workers),
+      multigrid_(K_, workers),
+      is_fixed_(K.rows(), 0),
+      r_(K.rows()) {
+  if (is_symmetric_) {
+    for (Vector* vector : {&z_, &p_, &q_}) vector->resize(K.rows());
+  } else {
+    basis_.resize(K.rows(), kRestart + 1);
+    corrections_.resize(K.rows(), kRestart);
+    z_.resize(K.rows());
+  }
+}
+
+double MultigridSolver::bytes() const {
+  const auto numbers = r_.size() + z_.size() + p_.size() + q_.size() + basis_.size() + corrections_.size();
+  return K_.bytes() + multigrid_.bytes() + double(sizeof(double)) * double(numbers);
+}
+
+void MultigridSolver::Fix(const std::vector<std::uint8_t>& is_fixed) {
+  is_fixed_ = is_fixed;
+  multigrid_.Fix(is_fixed);
+}
+
+double MultigridSolver::RowTimes(Index i, const Vector& x) const {
+  double sum = 0;
+  for (int k = K_.start[i]; k < K_.start[i + 1]; ++k) sum += K_.value[k] * x[K_.column[k]];
+  return sum;
+}
+
+double MultigridSolver::Multiply(const Vector& v, Vector& product) const {
+  return SumOfBlocks(v.size(), workers_, [&](Index begin, Index end) {
+    double dot = 0;
+    for (Index i = begin; i < end; ++i) {
+      product[i] = is_fixed_[i] ? 0 : RowTimes(i, v);
+      dot += v[i] * product[i];
+    }
+    return dot;
+  });
+}
+
+void MultigridSolver::Precondition(const Vector& v, Vector& z) {
+  ++iterations_;
+  multigrid_.Apply(v, size_of_r_, z);
+}
+
+namespace {
+
+// max |r_i| of a block.
+ResidualSize SizeOf(const Vector& r, const ResidualScale& scale, Index begin, Index end) {
+  ResidualSize size;
+  const Index split = std::clamp(scale.split, begin, end);
+  const double first = MaxAbs(r.segment(begin, split - begin)), second = MaxAbs(r.segment(split, end - split));
+  size.plain = NanMax(first, second);
+  size.scaled = NanMax(first / scale.first, second / scale.second);
+  return size;
+}
+
+ResidualSize LargestOf(const std::vector<ResidualSize>& sizes) {
+  ResidualSize largest;
+  for (const ResidualSize& size : sizes) {
+    largest.plain = NanMax(largest.plain, size.plain);
+    largest.scaled = NanMax(largest.scaled, size.scaled);
+  }
+  return largest;
+}
+
+}  // namespace
+
+void MultigridSolver::ComputeResidual() {
+  std::vector<ResidualSize> sizes((r_.size() + kRowsOfAVectorBlock - 1) / kRowsOfAVectorBlock);
+  workers_.ForBlocks(r_.size(), kRowsOfAVectorBlock, [&](Index block, Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) r_[i] = is_fixed_[i] ? 0 : (*b_)[i] - RowTimes(i, *x_);
+    sizes[block] = SizeOf(r_, scale_, begin, end);
+  });
+  const ResidualSize size = LargestOf(sizes);
+  residual_ = size.scaled;
+  size_of_r_ = size.plain;
+}
+
+void MultigridSolver::Start(const Vector& b, Vector& x, const ResidualScale& scale) {
+  b_ = &b;
+  x_ = &x;
+  scale_ = scale;
+  Refresh();
+}
+
+void MultigridSolver::Refresh() {
+  has_direction_ = false;
+  ComputeResidual();
+}
+
+bool MultigridSolver::Reduce(double target, Index max_iterations) {
+  if (std::isnan(residual_)) return false;
+  if (residual_ <= target) return true;
+  return is_symmetric_ ? ReduceByConjugateGradients(target, max_iterations) : ReduceByGmres(target, max_iterations);
+}
+
+// The next direction is made orthogonal to the last one by the change of the residual, -last_step_ q: the
+// preconditioner is not the same to the last bit at each step (Polak-Ribière).
+bool MultigridSolver::ReduceByConjugateGradients(double target, Index max_iterations) {
+  std::vector<ResidualSize> sizes((r_.size() + kRowsOfAVectorBlock - 1) / kRowsOfAVectorBlock);
+  for (Index iteration = 0; iteration < max_iterations; ++iteration) {
+    Precondition(r_, z_);
+    const double rho = Dot(r_, z_, workers_);
+    if (!(rho > 0)) return false;
+    const double beta = has_direction_ ? -last_step_ * Dot(z_, q_, workers_) / rho_ : 0;
+    rho_ = rho;
+    if (has_direction_) {
+      workers_.ForBlocks(p_.size(), kRowsOfAVectorBlock, [&](Index, Index begin, Index end) {
+        const Index rows = end - begin;
+        p_.segment(begin, rows) = z_.segment(begin, rows) + beta * p_.segment(begin, rows);
+      });
+    } else {
+      p_ = z_;
+    }
+    const double curvature = Multiply(p_, q_);
+    if (!(curvature > 0)) return false;
+    last_step_ = Dot(r_, p_, workers_) / curvature;
+    has_direction_ = true;
+    workers_.ForBlocks(r_.size(), kRowsOfAVectorBlock, [&](Index block, Index begin, Index end) {
+      const Index rows = end - begin;
+      x_->segment(begin, rows) += last_step_ * p_.segment(begin, rows);
+      r_.segment(begin, rows) -= last_step_ * q_.segment(begin, rows);
+      sizes[block] = SizeOf(r_, scale_, begin, end);
+    });
+    const ResidualSize size = LargestOf(sizes);
+    residual_ = size.scaled;
+    size_of_r_ = size.plain;
+    if (std::isnan(residual_)) return false;
+    if (residual_ <= target) return true;
+  }
+  return false;
+}
+
+bool MultigridSolver::ReduceByGmres(double target, Index max_iterations) {
+  for (Index done = 0; done < max_iterations;) {
+    const double before = residual_;
+    done += GmresCycle(0.5 * target / residual_, std::min(kRestart, max_iterations - done));
+    ComputeResidual();
+    if (residual_ <= target) return true;
+    constexpr double kProgress = 0.9;
+    if (!(residual_ < kProgress * before)) return false;
+  }
+  return false;
+}
+
+// x + Z y of least ‖r - K Z y‖₂, Z the corrections, with K Z = V H and the columns of the basis V orthonormal.
+Index MultigridSolver::GmresCycle(double factor, Index steps) {
+  const double norm = std::sqrt(Dot(r_, r_, workers_));
+  if (!(norm > 0)) return steps;
+  Matrix H = Matrix::Zero(steps + 1, steps);
+  Vector rotated = Vector::Zero(steps + 1), cosine(steps), sine(steps);
+  rotated[0] = norm;
+  basis_.col(0) = r_ / norm;
+  Index size = 0;
+  while (size < steps && std::abs(rotated[size]) > factor * norm) {
+    const Index k = size;
+    r_ = basis_.col(k);  // work space from here on
+    size_of_r_ = MaxAbs(r_);
+    Precondition(r_, z_);
+    corrections_.col(k) = z_;
+    Multiply(z_, r_);
+    for (Index i = 0; i <= k; ++i) {
+      H(i, k) = Dot(basis_.col(i), r_, workers_);
+      AddMultiple(-H(i, k), basis_.col(i), r_, workers_);
+    }
+    const double left = std::sqrt(Dot(r_, r_, workers_));
+    H(k + 1, k) = left;
+    for (Index i = 0; i < k; ++i) {
+      const double above = H(i, k), below = H(i + 1, k);
+      H(i, k) = cosine[i] * above + sine[i] * below;
+      H(i + 1, k) = cosine[i] * below - sine[i] * above;
+    }
+    const double length = std::hypot(H(k, k), H(k + 1, k));
+    ++size;
+    if (!(length > 0)) {  // K is singular, or a number is not finite
+      --size;
+      break;
+    }
+    cosine[k] = H(k, k) / length;
+    sine[k] = H(k + 1, k) / length;
+    H(k, k) = length;
+    rotated[k + 1] = -sine[k] * rotated[k];
+    rotated[k] *= cosine[k];
+    if (!(left > 0)) break;
+    basis_.col(k + 1) = r_ / left;
+  }
+  const Vector y = H.topLeftCorner(size, size).triangularView<Eigen::Upper>().solve(rotated.head(size));
+  for (Index k = 0; k < size; ++k) AddMultiple(y[k], corrections_.col(k), *x_, workers_);
+  return std::max<Index>(size, 1);
+}
+
+}  // namespace dlcs
