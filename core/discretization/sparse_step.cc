@@ -1,24 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/discretization/sparse_step.h"
 
-#include <cmath>
-
 namespace dlcs {
 namespace {
-
-const double kGamma = 1 - std::sqrt(0.5);
-
-double Weight(SparseRule rule, double step) {
-  switch (rule) {
-    case SparseRule::kTheta:
-      return step;
-    case SparseRule::kAveraged:
-      return step / 2;
-    case SparseRule::kTwoStages:
-      return kGamma * step;
-  }
-  return step;
-}
 
 SparseFactor<double> Factor(const Problem &problem, double scale) {
   const SparseMatrix A = problem.A.Sparse(), E = problem.E.Sparse();
@@ -28,67 +12,33 @@ SparseFactor<double> Factor(const Problem &problem, double scale) {
 }  // namespace
 
 SparseStep::SparseStep(const Problem &problem, double step, SparseRule rule, double theta, Workers &workers)
-    : problem_(problem),
-      step_(step),
-      rule_(rule),
-      theta_(rule == SparseRule::kAveraged ? 0.5
-             : rule == SparseRule::kTheta  ? theta
-                                           : 0),
-      weight_(Weight(rule, step)),
-      factor_(Factor(problem, rule == SparseRule::kTheta ? step * (1 - theta) : weight_)) {
+    : rule_(problem, step, rule, theta), factor_(Factor(problem, rule_.shift())) {
   constexpr Index kColumnsAtOnce = 4;
   const Index m = problem.num_states(), n = problem.num_constraints();
   const SparseMatrix B = problem.B.Sparse();
   coupled_term_.resize(n, n);
   if (m <= StructuredMatrix::kMaxDenseEntries / n) response_.resize(m, n);
   workers.ForBlocks(n, kColumnsAtOnce, [&](Index, Index begin, Index end) {
-    const Matrix columns = factor_.Solve(weight_ * Matrix(B.middleCols(begin, end - begin)));
+    const Matrix columns = factor_.Solve(rule_.weight() * Matrix(B.middleCols(begin, end - begin)));
     coupled_term_.middleCols(begin, end - begin) = problem.N * columns;
     if (response_.size() > 0) response_.middleCols(begin, end - begin) = columns;
   });
 }
 
-Scheme SparseStep::Description() const {
-  Scheme scheme;
-  scheme.step = step_;
-  scheme.x_is_linear = true;
-  scheme.y_is_linear = rule_ != SparseRule::kTheta;
-  scheme.order = rule_ == SparseRule::kTheta ? 1 : 2;
-  return scheme;
-}
-
-void SparseStep::StartWithSources(Segment &segment) const {
-  auto x = segment.x.rightCols(segment.steps);
-  x = weight_ * segment.f.rightCols(segment.steps);
-  if (rule_ == SparseRule::kAveraged) x += weight_ * segment.f.leftCols(segment.steps);
-}
-
 void SparseStep::AddBefore(Segment &segment, Index j, const Segment &stage) const {
-  const auto before = segment.x.col(j - 1);
-  Vector moved = before;
-  if (has_stage()) moved += (1 - kGamma) / kGamma * (stage.x.col(1) - before);
-  Vector sum = segment.x.col(j) + problem_.MassTimes(moved);
-  if (theta_ > 0) sum += step_ * theta_ * (problem_.A * before);
-  if (rule_ == SparseRule::kAveraged) sum += weight_ * (problem_.B * segment.y.col(j - 1));
-  segment.x.col(j) = factor_.Solve(sum);
+  segment.x.col(j) = factor_.Solve(rule_.RightHandSide(segment, j, stage));
 }
 
 void SparseStep::StartStage(const Segment &segment, Index j, Segment &stage) const {
-  const auto at_stage = [&](const Matrix &source) -> Vector {
-    return (1 - kGamma) * source.col(j - 1) + kGamma * source.col(j);
-  };
-  stage.x.resize(segment.x.rows(), 2);
-  stage.y.resize(segment.y.rows(), 2);
-  stage.g.resize(segment.g.rows(), 2);
-  stage.x.col(1) = factor_.Solve(problem_.MassTimes(segment.x.col(j - 1)) + weight_ * at_stage(segment.f));
-  stage.g.col(1) = at_stage(segment.g);
+  const Vector sum = rule_.StartStage(segment, j, stage);
+  stage.x.col(1) = factor_.Solve(sum);
 }
 
 void SparseStep::AddAfter(Segment &segment, Index j) const {
   if (response_.size() > 0) {
     segment.x.col(j).noalias() += response_ * segment.y.col(j);
   } else {
-    segment.x.col(j) += factor_.Solve(Vector(weight_ * (problem_.B * segment.y.col(j))));
+    segment.x.col(j) += factor_.Solve(Vector(rule_.weight() * (rule_.problem().B * segment.y.col(j))));
   }
 }
 
