@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/linalg/multigrid_solver.h"
+
 namespace dlcs {
 namespace {
 
@@ -13,7 +15,25 @@ constexpr double kMatricesOfAStep = 12;      // of size m × m, with the work sp
 constexpr double kColumnsOfARun = 8;         // for each node: y, q, g, the free motion, ...
 constexpr double kMaxKernelDoubles = 8.4e7;  // blocks and their transforms, as core/laplace/kernel.h bounds them
 
+// I - hA beside a copy of A while it is made, the levels of multigrid, and vectors.
+double IterativeStepBytes(const Problem& problem) {
+  constexpr double kBytesOfAnEntry = 110, kVectors = 16;
+  const bool is_symmetric = problem.A.kronecker_sum() != nullptr || IsSymmetric(problem.A.Sparse());
+  const double vectors = kVectors + (is_symmetric ? 0.0 : 2.0 * MultigridSolver::kRestart);
+  const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
+  const double entries = static_cast<double>(problem.A.Sparse().nonZeros() + problem.B.nonzeros() +
+                                             problem.N.nonzeros() + problem.M.nonzeros());
+  return entries * kBytesOfAnEntry + (m + n) * vectors * kNumber;
+}
+
 }  // namespace
+
+double SparseStepBytes(const Problem& problem, double factor_nonzeros) {
+  constexpr double kCouplings = 4;  // K_0, M + K_0, and what its LCPs keep
+  const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
+  return (kCouplings * n * n + std::min(m * n, static_cast<double>(StructuredMatrix::kMaxDenseEntries))) * kNumber +
+         factor_nonzeros * kNumberWithIndex;
+}
 
 double PredictBytes(const Problem& problem, const Grid& grid, Method method, const PropagatorChoice& propagator) {
   const double m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
@@ -34,10 +54,14 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
              (method == Method::kWuChenIteration ? kColumnsOfARun * m * steps * kNumber : stretch);
     case PropagatorKind::kSparseStepping: {
       const Index nonzeros = problem.A.Sparse().nonZeros() + problem.E.Sparse().nonZeros();
-      const double factors = static_cast<double>(nonzeros) * std::max(1.0, std::log2(m));
-      return trajectory + couplings + stretch + factors * kNumberWithIndex +
-             std::min(m * n, static_cast<double>(StructuredMatrix::kMaxDenseEntries)) * kNumber;
+      const double in_the_plane = static_cast<double>(nonzeros) * std::max(1.0, std::log2(m));
+      return trajectory + stretch +
+             SparseStepBytes(problem, propagator.factor_nonzeros > 0 ? propagator.factor_nonzeros : in_the_plane);
     }
+    case PropagatorKind::kIterativeStepping:
+      // Blocks have eight steps at least.
+      return trajectory + IterativeStepBytes(problem) +
+             kColumnsOfARun * std::min(m * steps, std::max(8 * m, 2e6)) * kNumber;
     case PropagatorKind::kKroneckerSum:
     case PropagatorKind::kContour:
       return trajectory + couplings + kernel + run_columns + kColumnsOfARun * m * kNumber +

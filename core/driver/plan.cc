@@ -12,16 +12,18 @@ namespace dlcs {
 namespace {
 
 void ChooseForm(const Problem& problem, const Options& options, SetupCache* setups, Plan& plan) {
-  plan.propagator = ChoosePropagator(problem, options, plan.method.method, setups);
-  const bool any_propagator =
-      options.propagator == PropagatorKind::kAuto || options.propagator == PropagatorKind::kSparseStepping;
+  plan.propagator = ChoosePropagator(problem, options, plan.method.method, plan.selection, setups);
+  const bool any_propagator = options.propagator == PropagatorKind::kAuto ||
+                              options.propagator == PropagatorKind::kSparseStepping ||
+                              options.propagator == PropagatorKind::kIterativeStepping;
   if (!plan.propagator.refusal.empty() && options.method == Method::kAuto && any_propagator) {
     plan.method.method = Method::kTimeStepping;
     plan.method.reason = plan.propagator.refusal;
-    plan.propagator = ChoosePropagator(problem, options, plan.method.method, setups);
+    plan.propagator = ChoosePropagator(problem, options, plan.method.method, plan.selection, setups);
     const bool is_left_open = options.theta == 0 && !options.average_y;
     plan.method.two_stages = is_left_open && IsAlwaysLipschitz(plan.selection) &&
-                             plan.propagator.record.used == PropagatorKind::kSparseStepping;
+                             (plan.propagator.record.used == PropagatorKind::kSparseStepping ||
+                              plan.propagator.record.used == PropagatorKind::kIterativeStepping);
     if (plan.method.two_stages) plan.method.reason += ". Steps have two stages, of second order";
   }
   plan.method.refusal = plan.propagator.refusal;

@@ -8,11 +8,13 @@
 
 #include "absl/strings/str_format.h"
 #include "core/discretization/grid.h"
+#include "core/driver/memory_prediction.h"
 #include "core/linalg/sparse_factor.h"
 #include "core/problem/mass_matrix.h"
 #include "core/problem/solution.h"
 #include "core/propagator/contour_system.h"
 #include "core/propagator/kronecker_system.h"
+#include "core/stepping/iterative_step.h"
 #include "core/stepping/time_stepping.h"
 
 namespace dlcs {
@@ -65,23 +67,28 @@ StepCount StepsInAll(const Problem& problem, const Options& options) {
   return options.estimate_error ? StepCount{1.75 * given, 3} : StepCount{given, 1};
 }
 
-// Predicted seconds of a solve with a sparse A on one thread, without its LCPs, which all ways share.
+// Predicted seconds of a solve with a sparse A on one thread, without its LCPs, which all ways but iterating share.
 struct Seconds {
   double contour, dense, stepping;
+  double lcps_of_stepping, iterating;  // iterating with its LCPs
 };
 
 // The constants were measured on grids of one to three dimensions with m from 343 to 20,000 and n from 2 to 150, where
 // each prediction is within a factor of four. What they decide between differs by ten to a hundred.
-Seconds PredictSeconds(const Problem& problem, const Options& options) {
+Seconds PredictSeconds(const Problem& problem, const Options& options, const FactorSize& factor) {
+  constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 15, kSetupIterations = 20;
+  constexpr double kLcpSetup = 3.5e-10, kLcp = 2e-9;
   constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
-  const FactorSize factor = PredictFactor(problem.A.Sparse(), problem.E.Sparse());
   const auto [steps, lengths] = StepsInAll(problem, options);
+  const double iteration = kKrylovStart + kKrylovEntry * factor.matrix_nonzeros;
   const double solve = 2 * factor.nonzeros * kMultiplication;
   return {
       .contour = lengths * kContourEntry * factor.nonzeros + steps * 2 * n * n * kContourTerms * kMultiplication,
       .dense = lengths * kDenseSetup * m * m * m + steps * m * m * kMultiplication,
       .stepping = lengths * (2 * factor.multiplications * kMultiplication + n * solve) + steps * 4 * solve,
+      .lcps_of_stepping = lengths * kLcpSetup * n * n * n + steps * kLcp * n * n,
+      .iterating = (lengths * kSetupIterations + steps * kKrylovIterations) * iteration,
   };
 }
 
@@ -91,7 +98,7 @@ std::string SecondsText(double seconds) {
 
 // Why steps with sparse factors are taken instead of a matrix function of a sparse A; empty if they are not.
 std::string WhyStepsAreCheaper(const Problem& problem, const Options& options, const std::string& why_no_structure) {
-  const Seconds predicted = PredictSeconds(problem, options);
+  const Seconds predicted = PredictSeconds(problem, options, PredictFactor(problem.A.Sparse(), problem.E.Sparse()));
   const bool can_have_contour = problem.num_states() > kSmallSparse && problem.num_constraints() <= kFewConstraints;
   const double dense = IsDenseAffordable(problem) ? predicted.dense : std::numeric_limits<double>::infinity();
   const double other = can_have_contour ? std::min(predicted.contour, dense) : dense;
@@ -100,6 +107,52 @@ std::string WhyStepsAreCheaper(const Problem& problem, const Options& options, c
   why += std::isfinite(other) ? ", and with matrix functions of A " + SecondsText(other)
                               : ", and matrix functions of A with " + States(problem) + " would be dense";
   return why + (why_no_structure.empty() ? "" : "; " + why_no_structure);
+}
+
+PropagatorChoice Stepping(PropagatorKind kind, std::string reason, double factor_nonzeros = 0) {
+  PropagatorChoice choice;
+  choice.record = {.used = kind, .reason = std::move(reason)};
+  choice.factor_nonzeros = factor_nonzeros;
+  return choice;
+}
+
+// Why steps cannot be iterative; empty if they can.
+std::string WhyNotIterative(const Problem& problem, Selection selection) {
+  if (selection != Selection::kUnique && selection != Selection::kAny) {
+    return std::string("iterative steps do not look for ") + SelectionName(selection);
+  }
+  return IterativeStep::WhyNot(problem);
+}
+
+// By sparse factors or without them, as the options say, or else by what is predicted to fit and to take less time.
+PropagatorChoice ChooseStepping(const Problem& problem, const Options& options, Selection selection) {
+  const std::string description = "A is " + problem.A.Describe();
+  if (options.propagator == PropagatorKind::kSparseStepping) {
+    return Stepping(PropagatorKind::kSparseStepping, description);
+  }
+  const std::string why_not = WhyNotIterative(problem, selection);
+  if (options.propagator == PropagatorKind::kIterativeStepping) {
+    if (!why_not.empty()) return Refuse("The chosen propagator cannot be used: " + why_not + ".");
+    return Stepping(PropagatorKind::kIterativeStepping, "asked for");
+  }
+  if (!why_not.empty()) return Stepping(PropagatorKind::kSparseStepping, description);
+  const std::string too_large = description + ", and what sparse factors need would not fit into max_memory";
+  // Before the prediction of their size, which itself takes seconds for a million states.
+  if (SparseStepBytes(problem, 0) > options.max_memory) return Stepping(PropagatorKind::kIterativeStepping, too_large);
+  const FactorSize factor = PredictFactor(problem.A.Sparse(), problem.E.Sparse());
+  if (SparseStepBytes(problem, factor.nonzeros) > options.max_memory) {
+    return Stepping(PropagatorKind::kIterativeStepping, too_large);
+  }
+  const Seconds predicted = PredictSeconds(problem, options, factor);
+  const double direct = predicted.stepping + predicted.lcps_of_stepping;
+  // Where factors take hardly any time their residuals are preferred, those of rounding.
+  constexpr double kHardlyAnyTime_s = 0.1;
+  if (direct > kHardlyAnyTime_s && predicted.iterating < direct) {
+    return Stepping(PropagatorKind::kIterativeStepping,
+                    description + "; iterative steps are predicted to take " + SecondsText(predicted.iterating) +
+                        ", and sparse factors " + SecondsText(direct));
+  }
+  return Stepping(PropagatorKind::kSparseStepping, description, factor.nonzeros);
 }
 
 PropagatorChoice DenseOrRefuse(const Problem& problem, std::string reason) {
@@ -115,14 +168,13 @@ PropagatorChoice DenseOrRefuse(const Problem& problem, std::string reason) {
 
 }  // namespace
 
-PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options, Method method, SetupCache* setups) {
+PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options, Method method, Selection selection,
+                                  SetupCache* setups) {
   const PropagatorKind wanted = options.propagator;
   const bool reduced = method == Method::kExponentialIntegrator || method == Method::kLaplaceIteration;
   if (wanted == PropagatorKind::kDense) return DenseOrRefuse(problem, "asked for");
   if (method == Method::kTimeStepping && StepsSparsely(problem, options)) {
-    PropagatorChoice choice;
-    choice.record = {.used = PropagatorKind::kSparseStepping, .reason = "A is " + problem.A.Describe()};
-    return choice;
+    return ChooseStepping(problem, options, selection);
   }
   if (!reduced) return DenseOrRefuse(problem, std::string(MethodName(method)) + " works on states");
   if (wanted == PropagatorKind::kAuto && problem.A.is_dense()) return Dense("A is dense");
@@ -142,6 +194,7 @@ PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options
     why_not += (why_not.empty() ? "" : "; ") + why_no_contour;
   }
   if (wanted == PropagatorKind::kSparseStepping) why_not = "sparse stepping is for time-stepping";
+  if (wanted == PropagatorKind::kIterativeStepping) why_not = "iterative stepping is for time-stepping";
   if (wanted != PropagatorKind::kAuto) return Refuse("The chosen propagator cannot be used: " + why_not + ".");
   return DenseOrRefuse(problem, why_not);
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "core/matrix_classes/matrix_class.h"
 #include "core/problem/options.h"
 #include "core/problem/problem.h"
 #include "core/propagator/propagator.h"
@@ -19,16 +20,18 @@ class SetupCache;
 struct PropagatorChoice {
   std::shared_ptr<Propagator> system;  // null: dense matrices
   PropagatorRecord record;             // before the solve
+  double factor_nonzeros = 0;          // predicted, with kSparseStepping; 0 if not known
   std::string refusal;                 // why no propagator can be used; empty if one can
 };
 
 // The propagator for a solve by `method`. If the options leave it open: dense matrices if A is dense or small; else the
 // form that fits the structure of A; else dense matrices again, if their matrix functions are affordable. If the method
 // is open too, time stepping with sparse factors is preferred to contours and dense matrices where it is predicted to
-// take less time, by the fill of its factors and the number of steps. `setups` may be null; it holds what solves of the
-// same matrices share, and must outlive the choice.
+// take less time, by the fill of its factors and the number of steps. Time stepping is iterative where sparse factors
+// do not fit into options.max_memory or are predicted to take longer. `selection` is that of the plan. `setups` may be
+// null; it holds what solves of the same matrices share, and must outlive the choice.
 PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options, Method method,
-                                  SetupCache* setups = nullptr);
+                                  Selection selection, SetupCache* setups = nullptr);
 
 // The system in the form in which it is solved; absent if that is `problem` itself. Two things may change.
 // Matrices become sparse, if A was given as dense but is large, at most a twentieth of its entries are nonzero, and the

@@ -51,7 +51,9 @@ struct SymbolicCholesky : Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower, Eigen
   FactorSize Analyze(const SparseMatrix& matrix) {
     analyzePattern(matrix);
     const auto counts = m_nonZerosPerCol.cast<double>().array();  // below the diagonal
-    return {counts.sum() + static_cast<double>(counts.size()), (counts * (counts + 3) / 2).sum()};
+    return {.nonzeros = counts.sum() + static_cast<double>(counts.size()),
+            .multiplications = (counts * (counts + 3) / 2).sum(),
+            .matrix_nonzeros = static_cast<double>(matrix.nonZeros())};
   }
 };
 

@@ -19,9 +19,10 @@ namespace dlcs {
 Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> SparseOrder(const SparseMatrix& A,
                                                                           const SparseMatrix& E = {});
 
-// The size of a Cholesky factor, and the multiplications that make it.
+// The size of a Cholesky factor, and the multiplications that make it; the entries of the matrix.
 struct FactorSize {
   double nonzeros = 0, multiplications = 0;
+  double matrix_nonzeros = 0;
 };
 
 // That of a matrix with the pattern of A + E and its transpose in the order of SparseOrder(). Cost: below that of one

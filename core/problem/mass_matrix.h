@@ -13,7 +13,7 @@ namespace dlcs {
 
 // Why the square, finite E has no inverse to working precision: rows or columns of zeros, or the rows or columns that
 // depend on each other. Empty where it has one. Rows and columns are scaled first, so that units do not matter. Cost:
-// one factorization, sparse unless E is dense.
+// one factorization, sparse unless E is dense; where that is predicted to take minutes only zeros are looked for.
 std::string WhySingular(const StructuredMatrix& E);
 
 // Whether no entry off the diagonal of E is other than zero.

@@ -29,6 +29,7 @@ enum class PropagatorKind {
   kKroneckerSum,  // A diagonalized factor by factor, N (zI - A)⁻¹ B a short sum of exponentials for each slow mode
   kContour,  // N (zI - A)⁻¹ B inverted on contours, a sparse factorization per node: large sparse A, few constraints
   kSparseStepping,  // one sparse factorization of I - h(1-θ)A per step length; time_stepping only
+  kIterativeStepping,  // Krylov iterations with multigrid instead: sparse A whose factors fill; time_stepping only
 };
 
 // How wu_chen_iteration interpolates y and f between the nodes (Remark 2.5 of [Wu & Chen]).

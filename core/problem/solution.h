@@ -136,6 +136,8 @@ struct PropagatorRecord {
   std::string reason;
   Index terms = 0;           // exponentials for each slow mode, or nodes of all contours; 0 for dense matrices
   Index factorizations = 0;  // sparse ones
+  Index linear_iterations = 0;  // Krylov steps, each with one V-cycle of multigrid
+  Index set_changes = 0;        // active sets tried beyond the first of each LCP, with kIterativeStepping
   double error = 0;  // bound of the change of N x by approximating the transfer function, relative to its largest value
 };
 

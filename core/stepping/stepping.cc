@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/context/consistency.h"
-#include "core/context/progress.h"
 #include "core/context/shared_setup.h"
 #include "core/discretization/step_cache.h"
 #include "core/linalg/norms.h"
@@ -161,11 +160,12 @@ void CarryFields(StateArchive& state, NewtonAccount& account) {
   state(account.iterations, account.lcps, account.substituted_steps, account.hardest_node, account.residuals);
 }
 
-bool StepThroughGrid(SolveContext& context, StepCache<Stepper> steppers, NewtonAccount* newton) {
+bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper, NewtonAccount* newton) {
   const Problem& problem = context.problem;
   const std::vector<Run>& runs = context.grid.runs;
   SelectionStats departures;
   Progress progress(context);
+  StepCache<SegmentStepper> steppers([&](double step) { return make_stepper(step, progress); });
   Vector x = problem.x0;
   Vector y = Vector::Zero(problem.num_constraints());
   bool y_is_solution = false;
@@ -180,11 +180,11 @@ bool StepThroughGrid(SolveContext& context, StepCache<Stepper> steppers, NewtonA
   for (; at < runs.size(); ++at, done = 0) {
     const Run& run = runs[at];
     const double setup_begin = context.Seconds();
-    Stepper& stepper = steppers.At(run.step);
+    SegmentStepper& stepper = steppers.At(run.step);
     context.solution.cost.seconds_setup += context.Seconds() - setup_begin;
     while (done < run.steps) {
       Segment segment;
-      const Index steps = std::min(Chunk(problem), run.steps - done);
+      const Index steps = std::min(std::max(Chunk(problem), stepper.least_steps()), run.steps - done);
       if (const auto bad = context.sources.Sample(context.grid, run, done, steps, segment)) {
         return context.FailNonFinite(*bad);
       }
@@ -241,22 +241,17 @@ Stepper MakeStepper(const SolveContext& context, const std::string& kind, double
 }
 
 bool StepThroughGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
-               NewtonAccount* newton) {
-  const auto make_stepper = [&](double step) {
+                     NewtonAccount* newton) {
+  const auto make_stepper = [&](double step, Progress&) {
     std::unique_ptr<Stepper> stepper(new Stepper(MakeStepper(context, kind, step, make_scheme)));
     if (newton) stepper->UseNewton(*newton);
     return stepper;
   };
-  return StepThroughGrid(context, StepCache<Stepper>(make_stepper), newton);
+  return StepThroughGrid(context, make_stepper, newton);
 }
 
-bool StepThroughGrid(SolveContext& context, const SparseStepFactory& make_step) {
-  const auto make_stepper = [&](double step) {
-    auto sparse = make_step(step);
-    auto solver = SharedCoupledSolver(context, sparse->CoupledTerm());
-    return std::make_unique<Stepper>(context.problem, std::move(sparse), context.choice(), std::move(solver));
-  };
-  return StepThroughGrid(context, StepCache<Stepper>(make_stepper), nullptr);
+bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper) {
+  return StepThroughGrid(context, make_stepper, nullptr);
 }
 
 }  // namespace dlcs

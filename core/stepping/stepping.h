@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/context/coupled_step.h"
+#include "core/context/progress.h"
 #include "core/context/solve_context.h"
 #include "core/discretization/scheme.h"
 #include "core/discretization/sparse_step.h"
@@ -21,7 +22,6 @@
 namespace dlcs {
 
 using SchemeFactory = std::function<Scheme(double step)>;
-using SparseStepFactory = std::function<std::unique_ptr<const SparseStep>(double step)>;
 
 // The statistics of Newton's method over all steps.
 struct NewtonAccount {
@@ -35,8 +35,27 @@ struct NewtonAccount {
 // Adds warnings about `departures` to the solution after the last step.
 void WarnOf(const SelectionStats& departures, SolveContext& context);
 
+// What advances a trajectory by steps of one length.
+class SegmentStepper {
+ public:
+  virtual ~SegmentStepper() = default;
+
+  // How x and y are interpolated between nodes, and the order.
+  virtual const Scheme& scheme() const = 0;
+  virtual Index lcps_of_a_step() const = 0;
+  // The least number of steps that are worth one call.
+  virtual Index least_steps() const { return 1; }
+
+  // Takes all steps of `segment`: its sources are given, x and y hold the start in column 0, and the other columns are
+  // filled. Returns kSolved, or the verdict of the LCP that failed. `solved` is the number of steps done, fewer than
+  // all also if `stop` was requested (checked in every step). Adds to the counts in `departures`. The bits depend on
+  // the segment alone, not on earlier calls.
+  virtual LcpStatus TakeSteps(Segment& segment, const std::stop_token& stop, SelectionStats& departures,
+                              Index& solved) = 0;
+};
+
 // A scheme with the solver of its coupled step LCP(q, M + K_0), K_0 = N y_after.
-class Stepper {
+class Stepper final : public SegmentStepper {
  public:
   // Solver and scheme keep references to `problem`.
   Stepper(const Problem& problem, Scheme scheme, const SolutionChoice& choice);
@@ -51,16 +70,14 @@ class Stepper {
   // `account` and counts in it.
   void UseNewton(NewtonAccount& account);
 
-  const Scheme& scheme() const { return scheme_; }
-  Index lcps_of_a_step() const { return sparse_ && sparse_->has_stage() ? 2 : 1; }
+  const Scheme& scheme() const override { return scheme_; }
+  Index lcps_of_a_step() const override { return sparse_ && sparse_->has_stage() ? 2 : 1; }
 
-  // Takes all steps of `segment`: its sources are given, x and y hold the start in column 0, and the other columns are
-  // filled. Returns kSolved, or the verdict of the LCP that failed. `solved` is the number of steps done, fewer than
-  // all also if `stop` was requested (checked in every step). Adds to the counts in `departures`. A scheme with linear
-  // y stops with kInfeasible before the first step whose y is not the selected solution, since y would oscillate. The
-  // bits depend on the segment alone, not on earlier calls: the first LCP starts from the basis of y in column 0. Cost:
-  // 2m² + 3mn and one warm-started LCP per step.
-  LcpStatus TakeSteps(Segment& segment, const std::stop_token& stop, SelectionStats& departures, Index& solved);
+  // A scheme with linear y stops with kInfeasible before the first step whose y is not the selected solution, since y
+  // would oscillate. The first LCP starts from the basis of y in column 0. Cost: 2m² + 3mn and one warm-started LCP per
+  // step.
+  LcpStatus TakeSteps(Segment& segment, const std::stop_token& stop, SelectionStats& departures,
+                      Index& solved) override;
 
  private:
   // The first stage of step j, if the scheme has one.
@@ -90,6 +107,9 @@ class Stepper {
   Vector u_;
 };
 
+// Makes the stepper of a length. A stepper whose steps take seconds tells `progress` of each.
+using StepperFactory = std::function<std::unique_ptr<SegmentStepper>(double step, Progress& progress)>;
+
 // The stepper of the scheme `kind` for `step`, with scheme and solver shared (core/context/shared_setup.h).
 Stepper MakeStepper(const SolveContext& context, const std::string& kind, double step,
                     const SchemeFactory& make_scheme);
@@ -99,8 +119,8 @@ Stepper MakeStepper(const SolveContext& context, const std::string& kind, double
 // solution says why not.
 bool StepThroughGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
                      NewtonAccount* newton = nullptr);
-// The same with sparse steps.
-bool StepThroughGrid(SolveContext& context, const SparseStepFactory& make_step);
+// The same with the steppers that are made for each length of step.
+bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper);
 
 }  // namespace dlcs
 

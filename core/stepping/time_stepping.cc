@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "core/context/shared_setup.h"
+#include "core/stepping/iterative_stepper.h"
 #include "core/stepping/newton_bounds.h"
 #include "core/stepping/stepping.h"
 
@@ -42,6 +44,48 @@ std::string SchemeName(const Options& options) {
   return options.average_y ? "averaged" : "theta " + NumberText(options.theta);
 }
 
+SparseRule RuleOf(const Options& options, bool two_stages) {
+  if (two_stages) return SparseRule::kTwoStages;
+  return options.average_y ? SparseRule::kAveraged : SparseRule::kTheta;
+}
+
+std::unique_ptr<Stepper> SparseStepper(SolveContext& context, double step) {
+  ++context.solution.propagator.factorizations;
+  auto sparse = TimeSteppingStep(context.problem, context.options, context.two_stages, step);
+  auto solver = SharedCoupledSolver(context, sparse->CoupledTerm());
+  return std::make_unique<Stepper>(context.problem, std::move(sparse), context.choice(), std::move(solver));
+}
+
+// Whether the dense matrices of a direct step fit, and factors of A that fill as those of a grid in space.
+bool FitsDirectStep(const SolveContext& context) {
+  constexpr double kNumber = 8, kLargestFactors = 5e8;
+  const auto m = static_cast<double>(context.problem.num_states());
+  const auto n = static_cast<double>(context.problem.num_constraints());
+  return kNumber * (4 * n * n + m * n) + kLargestFactors <= context.options.max_memory && m <= 1e5;
+}
+
+bool StepIteratively(SolveContext& context) {
+  const Problem& problem = context.problem;
+  IterativeAccount account;
+  const auto make_stepper = [&](double step, Progress& progress) {
+    auto iterative = std::make_unique<IterativeStep>(problem, step, RuleOf(context.options, context.two_stages),
+                                                     context.options.theta, context.workers);
+    const auto make_direct = [&context, step] {
+      return FitsDirectStep(context) ? SparseStepper(context, step) : nullptr;
+    };
+    return std::make_unique<IterativeStepper>(std::move(iterative), make_direct, context.grid, account, progress);
+  };
+  const bool reached_end = StepThroughGrid(context, make_stepper);
+  context.solution.propagator.linear_iterations = account.linear_iterations;
+  context.solution.propagator.set_changes = account.set_changes;
+  if (account.direct_steps > 0) {
+    context.solution.warnings.push_back(std::to_string(account.direct_steps) +
+                                        " steps were solved with sparse factors, because the iteration did not find "
+                                        "their active set.");
+  }
+  return reached_end;
+}
+
 bool StepByNewton(SolveContext& context, const SchemeFactory& make_scheme) {
   const std::optional<double> kappa = RightHandSideLipschitz(context.problem, context.matrix_class.lipschitz);
   WarnOfLongStep(context.problem, kappa, context.grid.longest_step, context.solution.warnings);
@@ -57,7 +101,10 @@ bool StepsSparsely(const Problem& problem, const Options& options) {
   // Below, products with dense matrices of size m are as fast as solves with sparse factors.
   constexpr Index kSmall = 200;
   if (options.step_solver == StepSolver::kNewton || options.inelastic_impact) return false;
-  if (options.propagator != PropagatorKind::kAuto) return options.propagator == PropagatorKind::kSparseStepping;
+  if (options.propagator != PropagatorKind::kAuto) {
+    return options.propagator == PropagatorKind::kSparseStepping ||
+           options.propagator == PropagatorKind::kIterativeStepping;
+  }
   return !problem.A.is_dense() && problem.num_states() > kSmall;
 }
 
@@ -68,10 +115,7 @@ Scheme TimeSteppingScheme(const Problem& problem, const Options& options, double
 std::unique_ptr<const SparseStep> TimeSteppingStep(const Problem& problem, const Options& options, bool two_stages,
                                                    double step) {
   Workers workers(options.num_threads);
-  const SparseRule rule = two_stages          ? SparseRule::kTwoStages
-                          : options.average_y ? SparseRule::kAveraged
-                                              : SparseRule::kTheta;
-  return std::make_unique<const SparseStep>(problem, step, rule, options.theta, workers);
+  return std::make_unique<const SparseStep>(problem, step, RuleOf(options, two_stages), options.theta, workers);
 }
 
 Matrix CoupledStepMatrix(const Problem& problem, const Options& options, bool two_stages, double step) {
@@ -82,11 +126,9 @@ Matrix CoupledStepMatrix(const Problem& problem, const Options& options, bool tw
 }
 
 bool TimeStepping(SolveContext& context) {
+  if (context.solution.propagator.used == PropagatorKind::kIterativeStepping) return StepIteratively(context);
   if (StepsSparsely(context.problem, context.options)) {
-    return StepThroughGrid(context, [&](double step) {
-      ++context.solution.propagator.factorizations;
-      return TimeSteppingStep(context.problem, context.options, context.two_stages, step);
-    });
+    return StepThroughGrid(context, [&](double step, Progress&) { return SparseStepper(context, step); });
   }
   const auto make_scheme = [&](double step) { return TimeSteppingScheme(context.problem, context.options, step); };
   if (context.options.step_solver == StepSolver::kNewton) return StepByNewton(context, make_scheme);

@@ -151,11 +151,14 @@ PropagatorKind PropagatorFromProto(v1::PropagatorKind propagator, std::vector<Vi
       return PropagatorKind::kContour;
     case v1::PROPAGATOR_KIND_SPARSE_STEPPING:
       return PropagatorKind::kSparseStepping;
+    case v1::PROPAGATOR_KIND_ITERATIVE_STEPPING:
+      return PropagatorKind::kIterativeStepping;
     default:
       break;
   }
-  violations.push_back(
-      Unknown("propagator", propagator, "0 automatic, 1 dense, 2 Kronecker sum, 3 contour, 4 sparse stepping"));
+  violations.push_back(Unknown(
+      "propagator", propagator,
+      "0 automatic, 1 dense, 2 Kronecker sum, 3 contour, 4 sparse stepping, 5 iterative stepping"));
   return PropagatorKind::kAuto;
 }
 
@@ -173,6 +176,8 @@ v1::PropagatorKind ToProto(PropagatorKind propagator) {
       return v1::PROPAGATOR_KIND_CONTOUR;
     case PropagatorKind::kSparseStepping:
       return v1::PROPAGATOR_KIND_SPARSE_STEPPING;
+    case PropagatorKind::kIterativeStepping:
+      return v1::PROPAGATOR_KIND_ITERATIVE_STEPPING;
   }
   return v1::PROPAGATOR_KIND_UNSPECIFIED;
 }

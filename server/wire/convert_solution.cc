@@ -107,6 +107,8 @@ v1::PropagatorRecord ToProto(const PropagatorRecord& record) {
   result.set_terms(record.terms);
   result.set_factorizations(record.factorizations);
   result.set_error(record.error);
+  result.set_linear_iterations(record.linear_iterations);
+  result.set_set_changes(record.set_changes);
   return result;
 }
 

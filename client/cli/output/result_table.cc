@@ -161,6 +161,10 @@ void PrintPropagator(const v1::Summary& summary, int width, std::FILE* out) {
   std::string text = Word(propagator.used());
   if (propagator.terms() > 0) text += ", " + Count(propagator.terms(), "term");
   if (propagator.factorizations() > 0) text += ", " + Count(propagator.factorizations(), "sparse factorization");
+  if (propagator.linear_iterations() > 0) {
+    text += ", " + Count(propagator.linear_iterations(), "Krylov iteration") + ", " +
+            Count(propagator.set_changes(), "change") + " of active sets";
+  }
   if (propagator.error() > 0) text += fmt::format(", error {:.1e}", propagator.error());
   if (!propagator.reason().empty()) text += ": " + propagator.reason();
   Paragraphs(width, out).Print("  ", text);

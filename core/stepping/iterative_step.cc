@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/stepping/iterative_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+// The only entry of an inner vector that is not zero, or none.
+struct Single {
+  Index count = 0, index = 0;
+  double value = 0;
+};
+
+template <typename Sparse>
+Single SingleEntry(const Sparse& matrix, Index outer) {
+  Single single;
+  for (typename Sparse::InnerIterator entry(matrix, outer); entry; ++entry) {
+    if (entry.value() == 0) continue;
+    ++single.count;
+    single.index = entry.index();
+    single.value = entry.value();
+  }
+  return single;
+}
+
+// The matrices of the pairs by the pairs, and what kind each is; those of scaled states with `scales`.
+struct PairMatrices {
+  explicit PairMatrices(const Problem& problem, const Vector& scales = {})
+      : B(problem.B.Sparse()), N(problem.N.Sparse()), M_rows(problem.M.Sparse()), M(problem.M.Sparse()) {
+    if (scales.size() == 0) return;
+    B = SparseMatrix(scales.asDiagonal() * B);
+    N = RowMajor(N * scales.asDiagonal());
+  }
+
+  bool HasZeroRowOfM(Index i) const { return SingleEntry(M_rows, i).count == 0; }
+  bool HasZeroColumnOfM(Index i) const { return SingleEntry(M, i).count == 0; }
+
+  SparseMatrix B;
+  RowMajor N, M_rows;
+  SparseMatrix M;
+};
+
+// D_i such that D_i N_ic = -w B_ci for all c, up to rounding; 0 if there is none.
+double SymmetricScale(const PairMatrices& matrices, Index i, double weight) {
+  constexpr double kRounding = 1e-14;
+  RowMajor::InnerIterator of_N(matrices.N, i);
+  SparseMatrix::InnerIterator of_B(matrices.B, i);
+  double scale = 0;
+  for (; of_N && of_B; ++of_N, ++of_B) {
+    const double ratio = -weight * of_B.value() / of_N.value();
+    if (of_N.index() != of_B.index() || !(ratio > 0)) return 0;
+    if (scale == 0) scale = ratio;
+    if (std::abs(ratio - scale) > kRounding * scale) return 0;
+  }
+  return of_N || of_B ? 0 : scale;
+}
+
+// Otherwise entries of the same size in row and column.
+double BalancedScale(const PairMatrices& matrices, Index i, double weight) {
+  const double of_N = matrices.N.row(i).cwiseAbs().sum(), of_B = weight * matrices.B.col(i).cwiseAbs().sum();
+  return of_N > 0 && of_B > 0 ? of_B / of_N : 1 / matrices.M.coeff(i, i);
+}
+
+double InfinityNormOf(const RowMajor& matrix) {
+  double norm = 0;
+  for (Index i = 0; i < matrix.rows(); ++i) norm = NanMax(norm, matrix.row(i).cwiseAbs().sum());
+  return norm;
+}
+
+// (K + Kᵀ)/2 if the two differ by rounding only, else K.
+SparseMatrix SymmetricUpToRounding(SparseMatrix K) {
+  constexpr double kRounding = 1e-14;
+  const SparseMatrix transpose = K.transpose();
+  const SparseMatrix difference = K - transpose, sum = K.cwiseAbs() + SparseMatrix(transpose.cwiseAbs());
+  for (Index j = 0; j < K.cols(); ++j) {
+    SparseMatrix::InnerIterator of_sum(sum, j);
+    for (SparseMatrix::InnerIterator entry(difference, j); entry; ++entry, ++of_sum) {
+      while (of_sum.index() < entry.index()) ++of_sum;
+      if (!(std::abs(entry.value()) <= kRounding * of_sum.value())) return K;
+    }
+  }
+  return (K + transpose) / 2;
+}
+
+}  // namespace
+
+std::string IterativeStep::WhyNot(const Problem& problem) {
+  if (problem.has_mass() && !(problem.E.Sparse().diagonal().minCoeff() > 0)) {
+    return "the diagonal of E is not positive";
+  }
+  const PairMatrices matrices(problem);
+  std::vector<bool> has_bound(static_cast<std::size_t>(problem.num_states()), false);
+  for (Index i = 0; i < problem.num_constraints(); ++i) {
+    const std::string pair = "pair " + std::to_string(i);
+    if (matrices.M.coeff(i, i) > 0) continue;
+    if (!matrices.HasZeroRowOfM(i) || !matrices.HasZeroColumnOfM(i)) return "M has no positive diagonal at " + pair;
+    const Single of_N = SingleEntry(matrices.N, i), of_B = SingleEntry(matrices.B, i);
+    if (of_N.count != 1 || of_B.count != 1 || of_N.index != of_B.index || !(of_N.value * of_B.value > 0)) {
+      return "where M is zero, as at " + pair + ", y must act on one state, and N must bound that one";
+    }
+    if (has_bound[of_N.index]) return "state " + std::to_string(of_N.index) + " has two bounds";
+    has_bound[of_N.index] = true;
+  }
+  return "";
+}
+
+IterativeStep::IterativeStep(const Problem& problem, double step, SparseRule rule, double theta, Workers& workers)
+    : rule_(problem, step, rule, theta) {
+  const SparseMatrix K = Assemble();
+  std::vector<BoundedUnknown> bounded;
+  for (const Pair& pair : pairs_) {
+    bounded.push_back({.index = pair.unknown, .sign = pair.is_obstacle && pair.coefficient < 0 ? -1.0 : 1.0});
+  }
+  solver_ = std::make_unique<BoundedSolver>(K, std::move(bounded), workers);
+  right_.resize(K.rows());
+  bounds_.setZero(static_cast<Index>(pairs_.size()));
+}
+
+SparseMatrix IterativeStep::Assemble() {
+  const Problem& problem = rule_.problem();
+  if (problem.has_mass()) scales_ = SparseMatrix(problem.E.Sparse()).diagonal().cwiseSqrt().cwiseInverse();
+  const PairMatrices matrices(problem, scales_);
+  const Index m = problem.num_states(), n = problem.num_constraints();
+  Index size = m;
+  for (Index i = 0; i < n; ++i) {
+    const double weight = rule_.weight();
+    Pair pair{.is_obstacle = matrices.HasZeroRowOfM(i)};
+    if (pair.is_obstacle) {
+      const Single of_N = SingleEntry(matrices.N, i);
+      pair.unknown = of_N.index;
+      pair.coefficient = of_N.value;
+      pair.scale = weight * std::abs(SingleEntry(matrices.B, i).value);
+    } else {
+      pair.unknown = size++;
+      pair.scale = SymmetricScale(matrices, i, weight);
+      if (pair.scale == 0) pair.scale = BalancedScale(matrices, i, weight);
+    }
+    pairs_.push_back(pair);
+  }
+
+  RowMajor states = problem.E.Sparse();
+  if (!problem.has_mass()) {
+    states.resize(m, m);
+    states.setIdentity();
+  }
+  states = states - rule_.shift() * RowMajor(problem.A.Sparse());
+  if (scales_.size() > 0) states = RowMajor(scales_.asDiagonal() * states * scales_.asDiagonal());
+  norm_of_states_ = InfinityNormOf(states);
+  const RowMajor B_rows = matrices.B;
+  RowMajor K(size, size);
+  K.reserve(states.nonZeros() + matrices.B.nonZeros() + matrices.N.nonZeros() + matrices.M.nonZeros());
+  for (Index i = 0; i < m; ++i) {
+    K.startVec(i);
+    for (RowMajor::InnerIterator entry(states, i); entry; ++entry) K.insertBack(i, entry.index()) = entry.value();
+    double sum = 0;
+    for (RowMajor::InnerIterator entry(B_rows, i); entry; ++entry) {
+      const Pair& pair = pairs_[entry.index()];
+      if (pair.is_obstacle) continue;
+      K.insertBack(i, pair.unknown) = -rule_.weight() * entry.value();
+      sum += std::abs(rule_.weight() * entry.value());
+    }
+    norm_of_coupling_ = NanMax(norm_of_coupling_, sum);
+  }
+  for (Index i = 0; i < n; ++i) {
+    const Pair& pair = pairs_[i];
+    if (pair.is_obstacle) continue;
+    K.startVec(pair.unknown);
+    double of_states = 0, of_pairs = 0;
+    for (RowMajor::InnerIterator entry(matrices.N, i); entry; ++entry) {
+      K.insertBack(pair.unknown, entry.index()) = pair.scale * entry.value();
+      of_states += std::abs(pair.scale * entry.value());
+    }
+    for (RowMajor::InnerIterator entry(matrices.M_rows, i); entry; ++entry) {
+      if (entry.value() == 0) continue;  // an obstacle may be stored as one
+      K.insertBack(pair.unknown, pairs_[entry.index()].unknown) = pair.scale * entry.value();
+      of_pairs += std::abs(pair.scale * entry.value());
+    }
+    norm_of_pair_states_ = NanMax(norm_of_pair_states_, of_states);
+    norm_of_pairs_ = NanMax(norm_of_pairs_, of_pairs);
+  }
+  K.finalize();
+  return SymmetricUpToRounding(K);
+}
+
+IterativeStep::State IterativeStep::StateOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
+                                            const Eigen::Ref<const Vector>& g) const {
+  const Problem& problem = rule_.problem();
+  const Vector w = problem.N * x + problem.M * y + g;
+  State state{.z = Vector(right_.size()), .multipliers = Vector(y.size())};
+  state.z.head(x.size()) = x;
+  if (scales_.size() > 0) state.z.head(x.size()).array() /= scales_.array();
+  for (Index i = 0; i < y.size(); ++i) {
+    const Pair& pair = pairs_[i];
+    if (!pair.is_obstacle) state.z[pair.unknown] = y[i];
+    state.multipliers[i] = pair.scale * std::max(pair.is_obstacle ? y[i] : w[i], 0.0);
+  }
+  return state;
+}
+
+LcpStatus IterativeStep::Solve(const Vector& right, const Eigen::Ref<const Vector>& g, State& state) {
+  constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
+  const Index m = rule_.problem().num_states();
+  right_.head(m) = right;
+  if (scales_.size() > 0) right_.head(m).array() *= scales_.array();
+  double size_of_g = 0;
+  for (Index i = 0; i < g.size(); ++i) {
+    const Pair& pair = pairs_[i];
+    if (pair.is_obstacle) {
+      bounds_[i] = -g[i] / pair.coefficient;
+    } else {
+      right_[pair.unknown] = -pair.scale * g[i];
+      size_of_g = NanMax(size_of_g, std::abs(pair.scale * g[i]));
+    }
+  }
+  const double size_of_x = NanMax(MaxAbs(right_.head(m)), MaxAbs(state.z.head(m)));
+  const double size_of_y = MaxAbs(state.z.tail(state.z.size() - m));
+  const double of_states = norm_of_states_ * size_of_x + norm_of_coupling_ * size_of_y;
+  const double of_pairs = norm_of_pair_states_ * size_of_x + norm_of_pairs_ * size_of_y + size_of_g;
+  constexpr double kLeast = std::numeric_limits<double>::min();  // a tolerance of zero could not be divided by
+  const ResidualScale tolerance{.split = m,
+                                .first = NanMax(kTolerance * size_of_x + kRounding * of_states, kLeast),
+                                .second = NanMax(kTolerance * of_pairs, kLeast)};
+  return solver_->Solve(right_, bounds_, tolerance, state.z, state.multipliers);
+}
+
+Vector IterativeStep::StatesOf(const State& state) const {
+  Vector x = state.z.head(rule_.problem().num_states());
+  if (scales_.size() > 0) x.array() *= scales_.array();
+  return x;
+}
+
+Vector IterativeStep::PairsOf(const State& state) const {
+  Vector y(static_cast<Index>(pairs_.size()));
+  for (Index i = 0; i < y.size(); ++i) {
+    const Pair& pair = pairs_[i];
+    y[i] = pair.is_obstacle ? state.multipliers[i] / pair.scale : state.z[pair.unknown];
+  }
+  return y;
+}
+
+}  // namespace dlcs

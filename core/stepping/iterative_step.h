@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// One step for a large sparse A without factors of it: Krylov iterations with multigrid, pairs by active sets.
+
+#ifndef DLCS_CORE_STEPPING_ITERATIVE_STEP_H_
+#define DLCS_CORE_STEPPING_ITERATIVE_STEP_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/discretization/step_rule.h"
+#include "core/lcp/structured/bounded_solver.h"
+#include "core/parallel/parallel.h"
+#include "core/problem/problem.h"
+
+namespace dlcs {
+
+// A step (E - sA) x = r + w B y, 0 <= y ⟂ N x + g + M y >= 0 as one sparse system with bounds,
+// core/lcp/structured/bounded_solver.h, so that nothing dense of size n × n or m × n is ever made. Every pair is one
+// of two kinds:
+//
+// - Row i and column i of M are zero, and N and B have one entry ν and β in the same state c, νβ > 0: an obstacle.
+//   The state c is bounded by -g_i/ν, and y_i is the residual of its row.
+// - M_ii > 0: y_i is an unknown z_{m+k} >= 0 beside the states, with the equation D_i (N x + M y + g)_i = 0 where it is
+//   positive. D_i = -w B_ci / N_ic if all entries agree on it: then the system is symmetric where A and DM are, and
+//   conjugate gradients solve it.
+//
+// With a mass matrix E the states are scaled, x = S z with S_cc = E_cc^{-1/2}, and so are the equations: rows of small
+// elements then count as much as those of large ones.
+//
+// Other pairs are not served, and no E with a diagonal that is not positive. An active set leaves a principal part of one matrix, for which multigrid is as good as
+// for the whole: fixed unknowns are Dirichlet points of a grid, the others are points like all states.
+class IterativeStep {
+ public:
+  // Residuals of the equations, relative to the largest x or y and their terms.
+  static constexpr double kTolerance = 2e-13;
+
+  // Why a problem is not served; empty if it is. Cost: the entries of B, N and M.
+  static std::string WhyNot(const Problem& problem);
+
+  // For a problem that is served; it must outlive the step. Cost: that of core/linalg/multigrid_solver.h.
+  IterativeStep(const Problem& problem, double step, SparseRule rule, double theta, Workers& workers);
+
+  const StepRule& rule() const { return rule_; }
+  const BoundedSolver& solver() const { return *solver_; }
+
+  // z, scaled states and then unknowns y; and the multipliers of all bounds: w_i or y_i in the units of the system.
+  struct State {
+    Vector z, multipliers;
+  };
+  // That of a node where x, y and g are known.
+  State StateOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
+                const Eigen::Ref<const Vector>& g) const;
+
+  // Solves for `state`, which holds a guess, with r = `right`. The verdict is that of BoundedSolver::Solve(): kSolved
+  // only where the equations hold to kTolerance, and the signs.
+  LcpStatus Solve(const Vector& right, const Eigen::Ref<const Vector>& g, State& state);
+  Vector StatesOf(const State& state) const;  // x
+  Vector PairsOf(const State& state) const;   // y
+
+ private:
+  struct Pair {
+    bool is_obstacle = false;
+    Index unknown = 0;       // c or m + k
+    double scale = 0;        // of multipliers: y_i = multiplier / scale of an obstacle; else w_i
+    double coefficient = 0;  // ν S_cc
+  };
+
+  SparseMatrix Assemble();
+
+  StepRule rule_;
+  std::vector<Pair> pairs_;
+  Vector scales_;                                       // S; empty without a mass matrix
+  double norm_of_states_ = 0, norm_of_coupling_ = 0;    // ‖S (E - sA) S‖_∞, ‖w S B‖_∞ of the unknown y
+  double norm_of_pairs_ = 0, norm_of_pair_states_ = 0;  // ‖D M‖_∞, ‖D N S‖_∞
+  std::unique_ptr<BoundedSolver> solver_;
+  Vector right_, bounds_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_STEPPING_ITERATIVE_STEP_H_

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time stepping by iterative steps.
+
+#ifndef DLCS_CORE_STEPPING_ITERATIVE_STEPPER_H_
+#define DLCS_CORE_STEPPING_ITERATIVE_STEPPER_H_
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+
+#include "core/context/solve_context.h"
+#include "core/stepping/iterative_step.h"
+#include "core/stepping/stepping.h"
+
+namespace dlcs {
+
+// Sums over all steps.
+struct IterativeAccount {
+  Index linear_iterations = 0;
+  Index set_changes = 0;       // of active sets
+  Index most_set_changes = 0;  // in one step
+  Index direct_steps = 0;      // that were solved by sparse factors instead
+};
+
+// Each step starts from the line through the two before it, the first of a segment from the node before, and the
+// second of two stages from the line through the first. Where an active set is not found or the iteration does not
+// converge, `make_direct` makes the stepper that takes that step; null where that would be too large.
+class IterativeStepper final : public SegmentStepper {
+ public:
+  using DirectFactory = std::function<std::unique_ptr<Stepper>()>;
+
+  // Counts in `account` and tells `progress` of each step of `grid`; all three must outlive it.
+  IterativeStepper(std::unique_ptr<IterativeStep> step, DirectFactory make_direct, const Grid& grid,
+                   IterativeAccount& account, Progress& progress);
+
+  const Scheme& scheme() const override { return scheme_; }
+  Index lcps_of_a_step() const override { return step_->rule().has_stage() ? 2 : 1; }
+  // The first step of a segment has no line to start from.
+  Index least_steps() const override { return 8; }
+  LcpStatus TakeSteps(Segment& segment, const std::stop_token& stop, SelectionStats& departures,
+                      Index& solved) override;
+
+ private:
+  LcpStatus TakeStep(Segment& segment, Index j);
+  LcpStatus TakeDirectStep(Segment& segment, Index j, const std::stop_token& stop, SelectionStats& departures);
+
+  std::unique_ptr<IterativeStep> step_;
+  Scheme scheme_;
+  DirectFactory make_direct_;
+  std::unique_ptr<Stepper> direct_;
+  const Grid& grid_;
+  IterativeAccount& account_;
+  Progress& progress_;
+  Segment stage_;
+  IterativeStep::State last_, before_last_;
+  bool has_line_ = false;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_STEPPING_ITERATIVE_STEPPER_H_
