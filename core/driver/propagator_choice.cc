@@ -8,7 +8,9 @@
 
 #include "absl/strings/str_format.h"
 #include "core/discretization/grid.h"
+#include "core/discretization/sources.h"
 #include "core/driver/memory_prediction.h"
+#include "core/linalg/norms.h"
 #include "core/linalg/sparse_factor.h"
 #include "core/problem/mass_matrix.h"
 #include "core/problem/solution.h"
@@ -67,6 +69,25 @@ StepCount StepsInAll(const Problem& problem, const Options& options) {
   return options.estimate_error ? StepCount{1.75 * given, 3} : StepCount{given, 1};
 }
 
+// The same for steps, which have to resolve how states that start far from rest decay: an L-stable step of length h is
+// off by (λh)³ of a state with the rate λ. A matrix function is exact there.
+StepCount SteppingStepsInAll(const Problem& problem, const Options& options) {
+  constexpr double kResolved = 1.5, kMostSteps = 1e7;
+  constexpr double kTrials = 2;  // those with 64, 128, ... steps come to twice the last
+  StepCount count = StepsInAll(problem, options);
+  auto sources = Sources::Create(problem);
+  if (options.has_grid() || !(options.error_tolerance > 0) || !sources.ok()) return count;
+  Vector f(problem.num_states());
+  sources->F(0, Side::kRight, f);
+  Vector rates = (problem.A * problem.x0 + f).cwiseAbs();
+  if (problem.has_mass()) rates = rates.cwiseQuotient(problem.E.Sparse().diagonal().cwiseAbs());
+  const double size = MaxAbs(problem.x0);
+  if (!(size > 0)) return count;
+  const double needed = MaxAbs(rates) / size * problem.horizon / (kResolved * std::cbrt(options.error_tolerance));
+  count.steps = std::min(std::max(count.steps, kTrials * needed), kMostSteps);  // also for NaN and infinity
+  return count;
+}
+
 // Predicted seconds of a solve with a sparse A on one thread, without its LCPs, which all ways but iterating share.
 struct Seconds {
   double contour, dense, stepping;
@@ -79,16 +100,19 @@ Seconds PredictSeconds(const Problem& problem, const Options& options, const Fac
   constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 15, kSetupIterations = 20;
   constexpr double kLcpSetup = 3.5e-10, kLcp = 2e-9;
   constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
+  constexpr double kState = 5e-8;  // sources, certificate and records of a step
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
   const auto [steps, lengths] = StepsInAll(problem, options);
+  const double in_steps = SteppingStepsInAll(problem, options).steps;
   const double iteration = kKrylovStart + kKrylovEntry * factor.matrix_nonzeros;
   const double solve = 2 * factor.nonzeros * kMultiplication;
   return {
       .contour = lengths * kContourEntry * factor.nonzeros + steps * 2 * n * n * kContourTerms * kMultiplication,
       .dense = lengths * kDenseSetup * m * m * m + steps * m * m * kMultiplication,
-      .stepping = lengths * (2 * factor.multiplications * kMultiplication + n * solve) + steps * 4 * solve,
-      .lcps_of_stepping = lengths * kLcpSetup * n * n * n + steps * kLcp * n * n,
-      .iterating = (lengths * kSetupIterations + steps * kKrylovIterations) * iteration,
+      .stepping =
+          lengths * (2 * factor.multiplications * kMultiplication + n * solve) + in_steps * (4 * solve + kState * m),
+      .lcps_of_stepping = lengths * kLcpSetup * n * n * n + in_steps * kLcp * n * n,
+      .iterating = (lengths * kSetupIterations + in_steps * kKrylovIterations) * iteration,
   };
 }
 
@@ -148,9 +172,9 @@ PropagatorChoice ChooseStepping(const Problem& problem, const Options& options, 
   // Where factors take hardly any time their residuals are preferred, those of rounding.
   constexpr double kHardlyAnyTime_s = 0.1;
   if (direct > kHardlyAnyTime_s && predicted.iterating < direct) {
-    return Stepping(PropagatorKind::kIterativeStepping,
-                    description + "; iterative steps are predicted to take " + SecondsText(predicted.iterating) +
-                        ", and sparse factors " + SecondsText(direct));
+    return Stepping(PropagatorKind::kIterativeStepping, description + "; iterative steps are predicted to take " +
+                                                            SecondsText(predicted.iterating) + ", and sparse factors " +
+                                                            SecondsText(direct));
   }
   return Stepping(PropagatorKind::kSparseStepping, description, factor.nonzeros);
 }

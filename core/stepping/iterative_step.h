@@ -28,8 +28,9 @@ namespace dlcs {
 // With a mass matrix E the states are scaled, x = S z with S_cc = E_cc^{-1/2}, and so are the equations: rows of small
 // elements then count as much as those of large ones.
 //
-// Other pairs are not served, and no E with a diagonal that is not positive. An active set leaves a principal part of one matrix, for which multigrid is as good as
-// for the whole: fixed unknowns are Dirichlet points of a grid, the others are points like all states.
+// Other pairs are not served, and no E with a diagonal that is not positive. An active set leaves a principal part of
+// one matrix, for which multigrid is as good as for the whole: fixed unknowns are Dirichlet points of a grid, the
+// others are points like all states.
 class IterativeStep {
  public:
   // Residuals of the equations, relative to the largest x or y and their terms.

@@ -92,6 +92,21 @@ TEST(MassMatrixTest, SparseStepsSolveTheSystemThatIsWeighted) {
   }
 }
 
+TEST(MassMatrixTest, IterativeStepsSolveTheSystemThatIsWeighted) {
+  for (const double speed : {0.0, 8.0}) {
+    const Problem plain = Grid(speed);
+    SparseMatrix E = MassOf(plain);
+    const Vector sizes = Vector::LinSpaced(E.rows(), 1e-6, 1e-2);  // as of elements of different sizes
+    E = SparseMatrix(sizes.cwiseSqrt().asDiagonal() * E * sizes.cwiseSqrt().asDiagonal());
+    for (const Method method : {Method::kTimeStepping, Method::kAuto}) {
+      const Options options = AtEnd(method, PropagatorKind::kIterativeStepping, 60);
+      const Solution with = SolveToEnd(Weighted(plain, E), options);
+      EXPECT_EQ(with.propagator.used, PropagatorKind::kIterativeStepping);
+      ExpectSame(with, SolveToEnd(plain, AtEnd(method, PropagatorKind::kSparseStepping, 60)), 1e-10);
+    }
+  }
+}
+
 TEST(MassMatrixTest, ContoursUseFactorsOfThePencil) {
   const Problem plain = Grid(0);
   const Problem weighted = Weighted(plain, MassOf(plain));
