@@ -163,18 +163,29 @@ PropagatorChoice ChooseStepping(const Problem& problem, const Options& options, 
   const std::string too_large = description + ", and what sparse factors need would not fit into max_memory";
   // Before the prediction of their size, which itself takes seconds for a million states.
   if (SparseStepBytes(problem, 0) > options.max_memory) return Stepping(PropagatorKind::kIterativeStepping, too_large);
+  // Where factors take hardly any time their residuals are preferred, those of rounding.
+  constexpr double kHardlyAnyTime_s = 0.1;
+  const auto chosen_if_faster = [&](const FactorSize& factor, const char* sparse_factors) {
+    const Seconds predicted = PredictSeconds(problem, options, factor);
+    const double direct = predicted.stepping + predicted.lcps_of_stepping;
+    std::string why;
+    if (direct > kHardlyAnyTime_s && predicted.iterating < direct) {
+      why = description + "; iterative steps are predicted to take " + SecondsText(predicted.iterating) +
+            sparse_factors + SecondsText(direct);
+    }
+    return why;
+  };
+  const auto entries = static_cast<double>(problem.A.Sparse().nonZeros());
+  const FactorSize without_fill{.nonzeros = entries / 2, .multiplications = 0, .matrix_nonzeros = entries};
+  if (std::string why = chosen_if_faster(without_fill, ", and sparse factors at least "); !why.empty()) {
+    return Stepping(PropagatorKind::kIterativeStepping, std::move(why));
+  }
   const FactorSize factor = PredictFactor(problem.A.Sparse(), problem.E.Sparse());
   if (SparseStepBytes(problem, factor.nonzeros) > options.max_memory) {
     return Stepping(PropagatorKind::kIterativeStepping, too_large);
   }
-  const Seconds predicted = PredictSeconds(problem, options, factor);
-  const double direct = predicted.stepping + predicted.lcps_of_stepping;
-  // Where factors take hardly any time their residuals are preferred, those of rounding.
-  constexpr double kHardlyAnyTime_s = 0.1;
-  if (direct > kHardlyAnyTime_s && predicted.iterating < direct) {
-    return Stepping(PropagatorKind::kIterativeStepping, description + "; iterative steps are predicted to take " +
-                                                            SecondsText(predicted.iterating) + ", and sparse factors " +
-                                                            SecondsText(direct));
+  if (std::string why = chosen_if_faster(factor, ", and sparse factors "); !why.empty()) {
+    return Stepping(PropagatorKind::kIterativeStepping, std::move(why));
   }
   return Stepping(PropagatorKind::kSparseStepping, description, factor.nonzeros);
 }

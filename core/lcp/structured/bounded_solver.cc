@@ -40,11 +40,13 @@ LcpStatus BoundedSolver::Iterate(double factor) {
   const Index before = linear_.iterations();
   const double target = std::max(1.0, factor * linear_.residual());
   bool is_reduced = linear_.Reduce(target, kMostIterations);
-  // What rounding has added up in the residual of the iteration takes a step or two more.
-  for (int k = 0; k < 3 && is_reduced && target == 1; ++k) {
+  // What rounding has added up in the residual of the iteration takes a step or two more. Where that goes on, the
+  // tolerance is out of reach.
+  constexpr int kMostRepetitions = 5;
+  for (int k = 0; is_reduced && linear_.residual() <= 1; ++k) {
     linear_.Refresh();
     if (linear_.residual() <= 1) break;
-    is_reduced = linear_.Reduce(1, kMostIterations);
+    is_reduced = k < kMostRepetitions && linear_.Reduce(1, kMostIterations);
   }
   counts_.linear_iterations += linear_.iterations() - before;
   if (is_reduced) return LcpStatus::kSolved;

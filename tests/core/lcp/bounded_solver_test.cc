@@ -76,6 +76,17 @@ TEST(BoundedSolverTest, SeesACycle) {
   EXPECT_LE(MaxAbs(z - Vector::Constant(3, 1.0 / 3)), 1e-12);
 }
 
+TEST(BoundedSolverTest, EndsWhereTheToleranceIsBelowRounding) {
+  const SparseMatrix K = (Matrix(2, 2) << 3, -1, -1, 7).finished().sparseView();
+  Workers workers(1);
+  BoundedSolver solver(K, {{.index = 0, .sign = 1}}, workers);
+  const Vector b = Eigen::Vector2d(0.1, 0.7), bounds = Vector::Zero(1);
+  Vector z = Vector::Zero(2), multipliers = Vector::Zero(1);
+  const ResidualScale too_small{.split = 0, .first = 1e-300, .second = 1e-300};
+  const LcpStatus verdict = solver.Solve(b, bounds, too_small, z, multipliers);
+  EXPECT_TRUE(verdict == LcpStatus::kSingular || K * z == b);
+}
+
 TEST(BoundedSolverTest, DoesNotClaimToSolveWhatIsSingularOrNotFinite) {
   const SparseMatrix K = (Matrix(2, 2) << 1, -1, -1, 1).finished().sparseView();
   Workers workers(1);
