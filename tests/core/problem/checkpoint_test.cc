@@ -227,6 +227,7 @@ std::vector<Case> Cases() {
       {"Newton", [] { return Broken(LeastElement()); },
        With(kStep, 1500, [](Options& options) { options.step_solver = StepSolver::kNewton; })},
       {"SparseStepping", Heated, With(kStep, 1500, with_propagator(PropagatorKind::kSparseStepping))},
+      {"IterativeStepping", Heated, With(kStep, 1500, with_propagator(PropagatorKind::kIterativeStepping))},
       {"Iteration", LeastElement, With(kIterate, 1500)},
       {"IterationAcrossBreaks", [] { return Broken(LeastElement()); }, With(kIterate, 1500)},
       {"IterationOnUnevenSteps", LeastElement, With(kIterate, 0, uneven)},
