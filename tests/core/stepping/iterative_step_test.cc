@@ -170,6 +170,11 @@ TEST(IterativeStepTest, IsChosenWhereFactorsFill) {
   const Solution solution = SolveToEnd(Wall(25), With(PropagatorKind::kAuto, Method::kTimeStepping, 20));
   EXPECT_EQ(solution.propagator.used, PropagatorKind::kIterativeStepping);
   EXPECT_NE(solution.propagator.reason.find("predicted"), std::string::npos) << solution.propagator.reason;
+  Problem problem = Wall(25);
+  problem.A = problem.A.Sparse();  // no Kronecker sum
+  const Solution left_open = SolveToEnd(problem, With(PropagatorKind::kAuto, Method::kAuto, 20));
+  EXPECT_EQ(left_open.propagator.used, PropagatorKind::kIterativeStepping) << left_open.reason;
+  EXPECT_GT(left_open.cost.lcps, 40);  // two stages
 }
 
 }  // namespace
