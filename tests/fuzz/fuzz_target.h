@@ -11,6 +11,7 @@ namespace dlcs::fuzz {
 
 // Each does with `input` what a program does with text from outside. Whatever the text is, it may neither crash nor
 // hang nor break a promise that the target checks.
+void TryDeck(const std::string& input);
 void TryFormula(const std::string& input);
 void TryGateway(const std::string& input);
 void TryJobRequest(const std::string& input);

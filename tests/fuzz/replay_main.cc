@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 using Target = void (*)(const std::string& input);
 
 const std::map<std::string, Target> kTargets = {
+    {"deck", dlcs::fuzz::TryDeck},
     {"formula", dlcs::fuzz::TryFormula},
     {"gateway", dlcs::fuzz::TryGateway},
     {"job_request", dlcs::fuzz::TryJobRequest},

@@ -169,6 +169,11 @@ TEST(DeckTest, ATitleThatLooksLikeAnElementIsNoted) {
   EXPECT_THAT(deck->notes, Contains(HasSubstr("line 1 of a deck is its title")));
 }
 
+TEST(DeckTest, ReadsTheMicroOfLtspice) {
+  const Deck deck = Good("V1 a 0 1\nR1 a b 1\nC1 b 0 47\xb5\n.tran 1u 1m\n");
+  EXPECT_EQ(Named(deck, "C1").value, 47e-6);
+}
+
 TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   const std::string rest = kRest;
   EXPECT_THAT(Fault("M1 a b 0 0 NMOS\n" + rest), AllOf(HasSubstr("a.cir:2:1: M1"), HasSubstr("transistors")));
