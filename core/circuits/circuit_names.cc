@@ -73,6 +73,9 @@ absl::Status StatusOfFault(const NetworkFault& fault, const CircuitBranches& gra
                                           "determined" +
                                           advice);
       }
+      if (fault.branches.size() == 1) {
+        return absl::InvalidArgumentError(elements + " has both ends at one node: its current is not determined");
+      }
       return absl::InvalidArgumentError(elements +
                                         " form a loop of voltage sources; their currents are not determined. Put a "
                                         "resistance into it");

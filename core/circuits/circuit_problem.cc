@@ -531,7 +531,7 @@ class Formulation {
                 FormOf(network().InTree(branch) ? network().Current(branch) : RowVector(-network().Voltage(branch))));
     }
     if (absl::Status status = RefuseImpulses(pairs); !status.ok()) return status;
-    NoteUnlimited(pairs);
+    NoteDriven(pairs);
     Symmetrize(pairs.y);
     const Rows outputs = MakeOutputs(made.outputs.names);
 
@@ -600,14 +600,21 @@ class Formulation {
     return absl::OkStatus();
   }
 
-  // A diode whose voltage sources alone set has no solution while they make it conduct.
-  void NoteUnlimited(const Rows& pairs) {
+  // A diode whose voltage, or current, sources alone set has no solution while they drive it the wrong way.
+  void NoteDriven(const Rows& pairs) {
     for (Index k = 0; k < num_pairs(); ++k) {
-      if (!pairs.x.row(k).isZero(0) || !pairs.y.row(k).isZero(0) || sign_[k] < 0) continue;
+      const bool is_off = pairs.s.row(k).isZero(0) && pairs.ds.row(k).isZero(0);
+      if (!pairs.x.row(k).isZero(0) || !pairs.y.row(k).isZero(0) || is_off) continue;
       const Index branch = graph_.diodes[AsSize(k)].branch;
-      notes_.push_back("nothing limits the current in the loop of " +
-                       ElementsOf(network().Loop(branch), graph_, circuit_) +
-                       ": from the time on at which the diode would conduct there is no solution");
+      if (sign_[k] > 0) {
+        notes_.push_back("nothing limits the current in the loop of " +
+                         ElementsOf(network().Loop(branch), graph_, circuit_) +
+                         ": while the diode would conduct there is no solution");
+      } else {
+        notes_.push_back("sources alone drive the current through " +
+                         ElementsOf(network().Cutset(branch), graph_, circuit_) +
+                         ": while it is against the diode there is no solution");
+      }
     }
   }
 

@@ -49,6 +49,7 @@ ExitCode Run(const AnalyzeCommand& command) {
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
   reading.reset();
   if (!input.ok()) return PrintError(input.status(), kBadInput);
+  input->PrintNotes();
   if (input->is_nonlinear()) return PrintNonlinearError(*input);
   const auto output = OpenOutput(command.output, {command.problem_path});
   if (!output.ok()) return PrintError(output.status(), kBadInput);

@@ -85,6 +85,7 @@ ExitCode Run(const EnsembleCommand& command) {
   const SolveCommand& solve = command.solve;
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(solve.problem_path, solve.server, solve.rule);
   if (!input.ok()) return PrintError(input.status(), kBadInput);
+  if (!solve.quiet) input->PrintNotes();
   std::optional<Interrupt> interrupt;
   const auto limits = [&] {
     return CallLimits{.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt->token()};

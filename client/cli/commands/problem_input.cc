@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "client/cli/commands/command_support.h"
 #include "client/files/json_text.h"
 #include "client/local/agreement.h"
 #include "client/netlist/netlist.h"
@@ -96,6 +97,10 @@ absl::Status ProblemInput::FetchUploaded(const CallLimits& limits) {
   if (!about.ok()) return about.status();
   about_ = *std::move(about);
   return absl::OkStatus();
+}
+
+void ProblemInput::PrintNotes() const {
+  for (const std::string& note : notes_) PrintNotice(note);
 }
 
 std::string ProblemInput::title() const {

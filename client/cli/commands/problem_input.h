@@ -35,8 +35,8 @@ class ProblemInput {
 
   // Outputs of a circuit: of a deck, or of the problem file that `dlcs netlist` made of one.
   const std::optional<NamedOutputs>& outputs() const { return outputs_; }
-  // What was ignored or assumed when a deck was read.
-  const std::vector<std::string>& notes() const { return notes_; }
+  // Prints on standard error what was ignored or assumed when a deck was read.
+  void PrintNotes() const;
 
   // Its name in messages.
   const std::string& source() const { return source_; }

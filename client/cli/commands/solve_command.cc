@@ -214,9 +214,7 @@ ExitCode Run(const SolveCommand& command) {
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
   reading.reset();
   if (!input.ok()) return PrintError(input.status(), kBadInput);
-  for (const std::string& note : input->notes()) {
-    if (!command.quiet) PrintNotice(note);
-  }
+  if (!command.quiet) input->PrintNotes();
   if (!command.plot.empty()) {
     if (const absl::Status name = CheckPictureName("--plot", command.plot); !name.ok()) {
       return PrintError(name, kBadInput);

@@ -31,6 +31,7 @@ google::protobuf::Timestamp FromNow(double seconds) {
 ExitCode Run(const SubmitCommand& command) {
   const auto input = ProblemInput::Read(command.solve.problem_path, command.target.server, command.solve.rule);
   if (!input.ok()) return PrintError(input.status(), kBadInput);
+  if (!command.quiet) input->PrintNotes();
   v1::CreateSolveJobRequest request;
   *request.mutable_solve() = input->SolveRequest(command.solve.options);
   if (command.title.empty() && !input->is_uploaded()) {

@@ -20,6 +20,7 @@ ExitCode Run(const UploadCommand& command) {
   }
   const auto input = ProblemInput::Read(command.problem_path, {}, command.rule);
   if (!input.ok()) return PrintError(input.status(), kBadInput);
+  input->PrintNotes();
   const Interrupt interrupt;
   const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);

@@ -211,6 +211,11 @@ TEST(NetlistTest, SaysWhyACircuitHasNoSolution) {
       "solve " + WriteDeck("V1 a 0 SIN(0 10 1k)\nD1 a 0 DX\nR1 a b 1k\nC1 b 0 1u\n.model DX D(RON=0)\n.tran 1u 1m\n"));
   EXPECT_EQ(infeasible.code, 1);
   EXPECT_THAT(infeasible.err, HasSubstr("nothing limits the current in the loop of V1"));
+  const ProgramOutcome blocked = RunDlcs(
+      "solve " + WriteDeck("I1 0 a SIN(0 1 50)\nD1 a b DX\nR1 b 0 1\nC1 b 0 1u\n.model DX D(RON=0)\n.tran 1u 40m\n"));
+  EXPECT_EQ(blocked.code, 1);
+  EXPECT_THAT(blocked.err, HasSubstr("sources alone drive the current through I1"));
+  EXPECT_THAT(Refused("V1 a a 1\nR1 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n"), HasSubstr("both ends at one node"));
 }
 
 }  // namespace
