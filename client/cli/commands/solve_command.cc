@@ -78,7 +78,9 @@ std::set<double> TableTimes(const SolveCommand& command, double horizon) {
 // `result` at `times` alone.
 SolveResult Thinned(const SolveResult& result, const std::set<double>& times) {
   SolveResult thinned = result;
-  for (std::vector<double>* values : {&thinned.times, &thinned.x, &thinned.y, &thinned.w}) values->clear();
+  for (std::vector<double>* values : {&thinned.times, &thinned.x, &thinned.y, &thinned.w, &thinned.outputs.values}) {
+    values->clear();
+  }
   const auto append = [](std::vector<double>& values, std::span<const double> more) {
     values.insert(values.end(), more.begin(), more.end());
   };
@@ -88,6 +90,7 @@ SolveResult Thinned(const SolveResult& result, const std::set<double>& times) {
     append(thinned.x, result.x_at(k));
     append(thinned.y, result.y_at(k));
     append(thinned.w, result.w_at(k));
+    append(thinned.outputs.values, result.outputs.at(k));
   }
   thinned.left_limits.clear();  // a table has none
   return thinned;
@@ -250,18 +253,18 @@ ExitCode Run(const SolveCommand& command) {
     if (!input->is_uploaded()) request.set_title(TruncateUtf8(input->title(), kMaxTitleBytes));
   }
 
-  const auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
+  auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
   if (!result.ok()) return PrintCallError(result.status(), input->source());
 
   std::vector<std::string> reached;
-  SolveResult shown = curves ? Thinned(*result, table_times) : *result;
   if (input->outputs()) {
-    const auto all = EvaluateOutputs(*input->outputs(), *result, input->horizon());
-    const auto outputs = EvaluateOutputs(*input->outputs(), shown, input->horizon());
+    const auto outputs = EvaluateOutputs(*input->outputs(), *result, input->horizon());
     if (!outputs.ok()) return PrintError(outputs.status(), kBadInput);
-    shown.outputs = ShownOutputs(*input->outputs(), *outputs);
-    reached = ReachedLimits(*input->outputs(), *all, result->times);
+    reached = ReachedLimits(*input->outputs(), *outputs, result->times);
+    result->outputs = ShownOutputs(*input->outputs(), *outputs);
   }
+  const SolveResult thinned = curves ? Thinned(*result, table_times) : SolveResult();
+  const SolveResult& shown = curves ? thinned : *result;
   const absl::Status delivered = Deliver(command, input->title(), shown, output->get());
   if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
   if (!command.quiet) {
