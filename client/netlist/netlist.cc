@@ -58,6 +58,28 @@ OutputChoice Choose(const CircuitOutputs& outputs, const std::vector<std::string
   return choice;
 }
 
+// rows · f(t), without the functions of time that it does not need: each is searched for switching times.
+TimeFunction RowsOf(const TimeFunction& function, const Matrix& rows) {
+  TimeFunction chosen = function;
+  chosen.lift = function.is_lifted() ? Matrix(rows * function.lift.Dense()) : rows;
+  const bool has_formulas = std::all_of(
+      chosen.pieces.begin(), chosen.pieces.end(),
+      [](const TimeFunction::Piece& piece) { return std::holds_alternative<FormulaFunction>(piece.function); });
+  if (!function.is_lifted() || !has_formulas) return chosen;
+  std::vector<Index> kept = {0};
+  for (Index k = 1; k < chosen.lift.cols(); ++k) {
+    if (!chosen.lift.Dense().col(k).isZero(0)) kept.push_back(k);
+  }
+  chosen.lift = Matrix(chosen.lift.Dense()(Eigen::all, kept));
+  for (TimeFunction::Piece& piece : chosen.pieces) {
+    std::vector<std::string>& formulas = std::get<FormulaFunction>(piece.function).formulas;
+    std::vector<std::string> texts;
+    for (const Index k : kept) texts.push_back(formulas[static_cast<std::size_t>(k)]);
+    formulas = std::move(texts);
+  }
+  return chosen;
+}
+
 NamedOutputs Selected(const CircuitProblem& made, const std::vector<std::string>& names) {
   const CircuitOutputs& outputs = made.outputs;
   OutputChoice choice = Choose(outputs, names);
@@ -74,8 +96,7 @@ NamedOutputs Selected(const CircuitProblem& made, const std::vector<std::string>
     if (choice.rows[k].first >= 0) rows(static_cast<Index>(k), choice.rows[k].first) += 1;
     if (choice.rows[k].second >= 0) rows(static_cast<Index>(k), choice.rows[k].second) -= 1;
   }
-  TimeFunction sources = outputs.sources;
-  sources.lift = sources.is_lifted() ? Matrix(rows * sources.lift.Dense()) : rows;
+  const TimeFunction sources = RowsOf(outputs.sources, rows);
   return {.names = choice.names,
           .shown = shown,
           .limits = limits,
