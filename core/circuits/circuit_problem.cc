@@ -549,6 +549,10 @@ class Formulation {
     made.outputs.x_factors = outputs.x;
     made.outputs.y_factors = outputs.y;
     made.outputs.sources = FunctionOf(outputs.s, outputs.ds);
+    if (!IsFinite(made)) {
+      return absl::InvalidArgumentError(
+          "values of elements and sources are so large or small that the equations overflow");
+    }
     for (const CircuitBranches::Limit& limit : graph_.limits) {
       made.limits.push_back({"i(" + ElementAt(limit.element).name + ")", limit.amperes});
     }
@@ -558,6 +562,18 @@ class Formulation {
     for (const std::string& note : graph_.notes) made.notes.push_back(note);
     for (const std::string& note : notes_) made.notes.push_back(note);
     return made;
+  }
+
+  static bool IsFinite(const CircuitProblem& made) {
+    const auto is_finite = [](const TimeFunction& function) {
+      if (function.is_lifted()) return function.lift.AllFinite();
+      const auto* constant = std::get_if<ConstantFunction>(&function.pieces.front().function);
+      return constant == nullptr || constant->value.allFinite();
+    };
+    const Problem& problem = made.problem;
+    return problem.A.AllFinite() && problem.B.AllFinite() && problem.N.AllFinite() && problem.M.AllFinite() &&
+           problem.x0.allFinite() && is_finite(problem.f) && is_finite(problem.g) && is_finite(made.outputs.sources) &&
+           made.outputs.x_factors.allFinite() && made.outputs.y_factors.allFinite();
   }
 
   // A system needs a state: of a circuit of resistors it is one that stays 0.

@@ -204,6 +204,13 @@ TEST(CircuitProblemTest, ASwitchKeepsTheMatricesAndItsGateIsInG) {
   EXPECT_NEAR(solution.x(0, 0), to * (1 - std::exp(-rate * (1e-3 - 1e-6))), 2e-6);
 }
 
+TEST(CircuitProblemTest, NumbersThatOverflowAreRefused) {
+  const Circuit circuit =
+      CircuitOf({"0", "a", "b"},
+                {Source("V1", 1, 0, ConstantWave{1e300}), Resistor("R1", 1, 2, 1e-5), Capacitor("C1", 2, 0, 1e-9)}, 1);
+  EXPECT_THAT(MessageOf(circuit), HasSubstr("overflow"));
+}
+
 TEST(CircuitProblemTest, ASwitchThatTheCircuitControlsIsRefused) {
   Element closing = Part(ElementKind::kSwitch, "S1", 1, 2, 0);
   closing.control_plus = 2;
