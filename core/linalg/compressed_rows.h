@@ -20,9 +20,6 @@ struct CompressedRows {
 
   Index rows() const { return static_cast<Index>(start.size()) - 1; }
   Index nonzeros() const { return static_cast<Index>(column.size()); }
-  double bytes() const {
-    return double(sizeof(int)) * double(start.size() + column.size()) + double(sizeof(Scalar)) * double(value.size());
-  }
 };
 
 }  // namespace dlcs

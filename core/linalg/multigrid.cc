@@ -291,12 +291,4 @@ double Multigrid::complexity() const {
   return entries / double(levels_[0].A.nonzeros());
 }
 
-double Multigrid::bytes() const {
-  double sum = 0;
-  for (const Level& level : levels_) {
-    sum += level.A.bytes() + level.P.bytes() + level.R.bytes() + 4 * sizeof(float) * double(level.b.size());
-  }
-  return sum;
-}
-
 }  // namespace dlcs

@@ -43,10 +43,8 @@ class Multigrid {
   // z = the V-cycle applied to r, 0 in fixed unknowns. `size`: max |r_i|. Looks for stop requests.
   void Apply(const Vector& r, double size, Vector& z);
 
-  Index num_levels() const { return static_cast<Index>(levels_.size()); }
   // Entries of all levels, relative to those of K.
   double complexity() const;
-  double bytes() const;
 
  private:
   struct Level {

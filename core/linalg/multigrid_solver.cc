@@ -73,11 +73,6 @@ MultigridSolver::MultigridSolver(const SparseMatrix& K, Workers& workers)
   }
 }
 
-double MultigridSolver::bytes() const {
-  const auto numbers = r_.size() + z_.size() + p_.size() + q_.size() + basis_.size() + corrections_.size();
-  return K_.bytes() + multigrid_.bytes() + double(sizeof(double)) * double(numbers);
-}
-
 void MultigridSolver::Fix(const std::vector<std::uint8_t>& is_fixed) {
   is_fixed_ = is_fixed;
   multigrid_.Fix(is_fixed);

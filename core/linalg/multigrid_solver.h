@@ -36,7 +36,6 @@ class MultigridSolver {
   const CompressedRows<double>& matrix() const { return K_; }
   bool is_symmetric() const { return is_symmetric_; }
   const Multigrid& multigrid() const { return multigrid_; }
-  double bytes() const;
 
   // From now on the unknowns with is_fixed[i] != 0 are fixed. Start() must follow.
   void Fix(const std::vector<std::uint8_t>& is_fixed);

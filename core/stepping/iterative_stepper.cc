@@ -56,7 +56,6 @@ LcpStatus IterativeStepper::TakeSteps(Segment& segment, const std::stop_token& s
       const BoundedSolverCounts& after = step_->solver().counts();
       account_.linear_iterations += after.linear_iterations - before.linear_iterations;
       account_.set_changes += after.changes - before.changes;
-      account_.most_set_changes = std::max(account_.most_set_changes, after.changes - before.changes);
       if (verdict != LcpStatus::kSolved && verdict != LcpStatus::kNonFinite) {
         verdict = TakeDirectStep(segment, j, stop, departures);
       }

@@ -17,9 +17,8 @@ namespace dlcs {
 // Sums over all steps.
 struct IterativeAccount {
   Index linear_iterations = 0;
-  Index set_changes = 0;       // of active sets
-  Index most_set_changes = 0;  // in one step
-  Index direct_steps = 0;      // that were solved by sparse factors instead
+  Index set_changes = 0;   // of active sets
+  Index direct_steps = 0;  // that were solved by sparse factors instead
 };
 
 // Each step starts from the line through the two before it, the first of a segment from the node before, and the

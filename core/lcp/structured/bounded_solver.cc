@@ -80,7 +80,6 @@ bool BoundedSolver::ChangeSides(const Vector& b, const Vector& bounds, const Res
 
 LcpStatus BoundedSolver::Solve(const Vector& b, const Vector& bounds, const ResidualScale& tolerance, Vector& z,
                                Vector& multipliers) {
-  ++counts_.solves;
   for (Index k = 0; k < multipliers.size(); ++k) {
     const auto [j, sign] = bounded_[k];
     is_fixed_[j] = multipliers[k] - diagonal_[k] * sign * (z[j] - bounds[k]) > 0;
@@ -107,7 +106,6 @@ LcpStatus BoundedSolver::Solve(const Vector& b, const Vector& bounds, const Resi
       }
     }
     ++counts_.changes;
-    counts_.most_changes = std::max(counts_.most_changes, changes + 1);
   }
   return LcpStatus::kPivotLimit;
 }

@@ -22,9 +22,7 @@ struct BoundedUnknown {
 
 struct BoundedSolverCounts {
   Index linear_iterations = 0;
-  Index changes = 0;       // of the set of unknowns at their bounds
-  Index most_changes = 0;  // in one solve
-  Index solves = 0;
+  Index changes = 0;  // of the set of unknowns at their bounds
 };
 
 // Solves, for one K and many b and bounds l,
@@ -54,7 +52,6 @@ class BoundedSolver {
   LcpStatus Solve(const Vector& b, const Vector& bounds, const ResidualScale& tolerance, Vector& z,
                   Vector& multipliers);
 
-  const MultigridSolver& linear() const { return linear_; }
   const BoundedSolverCounts& counts() const { return counts_; }
 
  private:
