@@ -24,13 +24,14 @@ bool AllowsCoupling(const Task& task) {
 
 bool MayCouple(const Task& task) { return task.lost_least_element && AllowsCoupling(task); }
 
-// Whether steps without events may do better: not where event location came to T in its modes, and what it misses the
-// error by is rounding.
+// Whether steps without events may do better: where the certificate contradicts the answer, and not where event
+// location came to T in its modes, and what it misses the error by is rounding.
 bool MissedByEvents(const Task& task, const Solution& solution) {
   if (task.options.method != Method::kAuto || solution.method != Method::kEventDriven) return false;
   const bool reached = solution.termination == Termination::kReachedEnd;
   if (!reached && solution.termination != Termination::kIterationLimit) return false;
   if (!reached && !std::isnan(solution.failure_time)) return true;
+  if (!JudgeSolution(solution).success && solution.accuracy.error <= task.options.error_tolerance) return true;
   return solution.cost.coupled_steps > 0 && !(solution.accuracy.error <= task.options.error_tolerance);
 }
 
@@ -38,7 +39,9 @@ bool MissedByEvents(const Task& task, const Solution& solution) {
 // T that may not be used.
 bool IsBetter(const Solution& second, const Solution& first) {
   if (second.termination != Termination::kReachedEnd) return false;
-  if (first.termination != Termination::kReachedEnd) return JudgeSolution(second).success;
+  const bool second_is_usable = JudgeSolution(second).success;
+  if (first.termination != Termination::kReachedEnd) return second_is_usable;
+  if (JudgeSolution(first).success != second_is_usable) return second_is_usable;
   return second.accuracy.error < first.accuracy.error;
 }
 

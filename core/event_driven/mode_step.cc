@@ -246,6 +246,18 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
   solution.slope_noise = form.vectors.cwiseAbs() * noise;
 }
 
+// Where components are so large and cancel so far in a state that no digit of its slope is left, the derivative of its
+// own polynomial, which was refined, has less rounding. `x_noise`: the rounding of the states.
+void ModeStepper::TakeSlopesOfStates(const Vector& x_noise, Solution& solution) const {
+  const Vector noise = kLegendreDegree * kLegendreDegree / half_ * x_noise;
+  for (Index i = 0; i < noise.size(); ++i) {
+    const bool has_digits = solution.slope_noise[i] < solution.slope.row(i).cwiseAbs().sum();
+    if (has_digits || !(noise[i] < solution.slope_noise[i])) continue;
+    solution.slope.row(i) = solution.x.row(i) * (1 / half_ * GetLegendreBasis().derivative);
+    solution.slope_noise[i] = noise[i];
+  }
+}
+
 ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source,
                                          const Vector& source_noise) const {
   constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
@@ -303,6 +315,8 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   if (!is_explicit) {
     Subtract(LayersOf(c, last_of_source, OfRounding::kToo), c);
     AddSlope(c, source, source_noise, solution);
+    TakeSlopesOfStates(kRounding * (start.cwiseAbs() + solution.x.cwiseAbs().rowwise().sum()) + solution.uncertainty,
+                       solution);
     for (const Index i : unreached) solution.slope.row(i).setZero();
   }
   return solution;

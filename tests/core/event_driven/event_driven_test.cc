@@ -14,6 +14,7 @@
 #include "core/solve.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -679,6 +680,34 @@ TEST(EventDrivenTest, LayersLeaveSmoothPartsAlone) {
     EXPECT_NEAR(solution.x(0, k), expected, 3 * 1e-13 + 3 * solution.accuracy.error) << t;
     EXPECT_NEAR(solution.x(0, k), expected, 1e-11) << t;
   }
+}
+
+// A SEPIC converter whose switch and diode both block for a part of each period: the currents of its inductors are
+// equal there, and the voltages of switch and diode follow from their slopes, between components of 1e10 that cancel.
+TEST(EventDrivenTest, KnowsTheVoltagesOfADiscontinuousMode) {
+  Problem problem;
+  problem.A =
+      Matrix{{-200, -1e4, 200, -1e4}, {1e5, 0, 0, 0}, {200, 0, -200, 1e4}, {1e9 / 47e3, 0, -1e9 / 47e3, -2e5 / 141}};
+  problem.B = Matrix{{0, 200, 1e4}, {0, -1e5, 0}, {0, -200, -1e4}, {0, -1e9 / 47e3, 0}};
+  problem.N = Matrix{{0, 0, 0, 0}, {-0.02, -1, 0.02, -1}, {1, 0, -1, 0}};
+  problem.M = Matrix{{0, -1, 0}, {1, 0.04, 1}, {0, -1, 0}};
+  const std::string gate = "(t >= 5e-9)*((t - 5e-9) - 1e-5*floor((t - 5e-9)/1e-5) < 5.5e-6)";
+  problem.f = TimeFunction::Formulas({"1", gate});
+  problem.f.lift = Matrix{{115e3, -34e4}, {0, 17e7}, {5e3, 34e4}, {0, 17e11 / 47e3}};
+  problem.g = TimeFunction::Formulas({"1", gate});
+  problem.g.lift = Matrix{{0, 3400}, {-0.5, -68}, {0, 1700}};
+  problem.x0 = Vector{{0, 12, 0, 0}};
+  problem.horizon = 4e-4;
+  Options options;
+  options.output_times = {3.79e-4, problem.horizon};
+  options.output_times_only = true;
+  const Solution solution = testing::SolveToEnd(problem, options);
+  EXPECT_EQ(solution.method, Method::kEventDriven);
+  EXPECT_LE(solution.certificate.node_residual, 1e-10 * solution.certificate.lcp_scale);
+  const auto x = solution.x.col(0), y = solution.y.col(0);
+  const double of_diode = x[3] + x[1] / 2 - 5.5;  // where x1' = x3'
+  EXPECT_NEAR(y[2], of_diode, 1e-8 * of_diode);
+  EXPECT_NEAR(y[0], x[1] + x[3] + 0.5 - of_diode, 1e-8 * of_diode);
 }
 
 }  // namespace
