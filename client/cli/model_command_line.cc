@@ -12,6 +12,7 @@
 
 #include "client/cli/help_text.h"
 #include "client/cli/options/option_kinds.h"
+#include "client/cli/solve_options.h"
 
 namespace dlcs::client {
 namespace {
