@@ -336,7 +336,10 @@ class DeckReader {
     }
     deck_.output_step = times.size() > 1 ? std::max(0.0, times[0]) : 0;
     deck_.circuit.horizon = times.size() > 1 ? times[1] : times[0];
-    deck_.output_start = times.size() > 2 ? times[2] : 0;
+    if (times.size() > 2 && times[2] > 0) {
+      Note(fmt::format("{}: TSTART = {:g} of .tran is ignored: results begin at 0; --at takes the times to show",
+                       tran_->Place(), times[2]));
+    }
     if (!(deck_.circuit.horizon > 0)) {
       return DeckError(tran_->Place(), fmt::format("TSTOP is {:g}; must be above 0", deck_.circuit.horizon));
     }

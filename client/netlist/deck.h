@@ -17,7 +17,6 @@ struct Deck {
   std::string title;
   Circuit circuit;
   double output_step = 0;            // TSTEP of .tran; 0 where it is none
-  double output_start = 0;           // TSTART of .tran
   std::vector<std::string> outputs;  // of .print, .plot, .probe and .save, as "v(out)", "i(l1)", in small letters
   std::vector<std::string> notes;    // what was ignored or assumed
 };

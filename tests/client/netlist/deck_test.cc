@@ -167,6 +167,8 @@ TEST(DeckTest, ATitleThatLooksLikeAnElementIsNoted) {
   const auto deck = ReadDeck("V1 a 0 1\nR1 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n", "a.cir", "", {});
   ASSERT_TRUE(deck.ok()) << deck.status();
   EXPECT_THAT(deck->notes, Contains(HasSubstr("line 1 of a deck is its title")));
+  const Deck late = Good("V1 a 0 1\nR1 a b 1\nC1 b 0 1u\n.tran 1u 1m 0.5m\n");
+  EXPECT_THAT(late.notes, Contains(HasSubstr("TSTART = 0.0005 of .tran is ignored: results begin at 0")));
 }
 
 TEST(DeckTest, ReadsTheMicroOfLtspice) {
