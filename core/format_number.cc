@@ -26,4 +26,12 @@ std::string ShapeText(Index rows, Index columns) {
   return std::to_string(rows) + "x" + std::to_string(columns);
 }
 
+std::string ListText(const std::vector<std::string>& words) {
+  std::string list;
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    list += (k == 0 ? "" : k + 1 == words.size() ? " and " : ", ") + words[k];
+  }
+  return list;
+}
+
 }  // namespace dlcs

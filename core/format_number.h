@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers in messages.
+// Numbers and lists in messages.
 
 #ifndef DLCS_CORE_FORMAT_NUMBER_H_
 #define DLCS_CORE_FORMAT_NUMBER_H_
 
 #include <string>
+#include <vector>
 
 #include "core/types.h"
 
@@ -19,6 +20,9 @@ std::string FormatNumber(double value);
 
 // "2x3"
 std::string ShapeText(Index rows, Index columns);
+
+// "a, b and c"
+std::string ListText(const std::vector<std::string>& words);
 
 }  // namespace dlcs
 

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/files/encoding.h"
 #include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {
@@ -204,25 +205,6 @@ constexpr std::array kSignatures = {
     Signature{"\x89PNG", "a picture"},
     Signature{"SQLite format 3", "a database of SQLite"}};
 
-// The first byte of `text` that is not valid UTF-8; npos if there is none.
-std::size_t FindNoUtf8(std::string_view text) {
-  for (std::size_t at = 0; at < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[at]);
-    const std::size_t length = lead < 0x80   ? 1
-                               : lead < 0xc2 ? 0
-                               : lead < 0xe0 ? 2
-                               : lead < 0xf0 ? 3
-                               : lead < 0xf5 ? 4
-                                             : 0;
-    if (length == 0 || at + length > text.size()) return at;
-    for (std::size_t k = 1; k < length; ++k) {
-      if ((static_cast<unsigned char>(text[at + k]) & 0xc0) != 0x80) return at;
-    }
-    at += length;
-  }
-  return std::string_view::npos;
-}
-
 // "UTF-16" and the like, where `text` is that: by its byte order mark, or because every other byte of its begin is
 // zero.
 std::string WideEncoding(std::string_view text) {
@@ -253,10 +235,7 @@ std::string ExplainEncoding(const std::string& text) {
   const std::size_t at = FindNoUtf8(text);
   if (at == std::string::npos) return "";
   const auto byte = static_cast<unsigned char>(text[at]);
-  const std::string letter = byte >= 0xa0
-                                 ? fmt::format(" (in Latin-1 it is \"{}{}\")", static_cast<char>(0xc0 | byte >> 6),
-                                               static_cast<char>(0x80 | (byte & 0x3f)))
-                                 : "";
+  const std::string letter = byte >= 0xa0 ? fmt::format(" (in Latin-1 it is \"{}\")", FromLatin1({&text[at], 1})) : "";
   const Place place = PlaceOf(text, at);
   return fmt::format(
       ", line {}, column {}: the byte {:#04x} is not UTF-8{}; save the file as UTF-8, or convert it with "

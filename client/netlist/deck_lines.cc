@@ -10,6 +10,8 @@
 #include <system_error>
 #include <utility>
 
+#include "absl/strings/ascii.h"
+#include "client/files/encoding.h"
 #include "client/files/json_text.h"
 
 namespace dlcs::client {
@@ -52,47 +54,6 @@ std::string_view Unquoted(std::string_view text) {
   return text;
 }
 
-// The length of the character in UTF-8 that `text` begins with; 0 where it begins with none.
-std::size_t CharacterLength(std::string_view text) {
-  const auto lead = static_cast<unsigned char>(text[0]);
-  const std::size_t length = lead < 0x80   ? 1
-                             : lead < 0xc2 ? 0
-                             : lead < 0xe0 ? 2
-                             : lead < 0xf0 ? 3
-                             : lead < 0xf5 ? 4
-                                           : 0;
-  if (length == 0 || length > text.size()) return 0;
-  for (std::size_t k = 1; k < length; ++k) {
-    if ((static_cast<unsigned char>(text[k]) & 0xc0) != 0x80) return 0;
-  }
-  const auto second = static_cast<unsigned char>(length > 1 ? text[1] : 0);
-  const bool is_overlong = (lead == 0xe0 && second < 0xa0) || (lead == 0xf0 && second < 0x90);
-  const bool is_none = (lead == 0xed && second > 0x9f) || (lead == 0xf4 && second > 0x8f);
-  return is_overlong || is_none ? 0 : length;
-}
-
-// `text` in UTF-8: as it is where it is so already, else read as Latin-1, in which LTspice writes its µ.
-std::string InUtf8(const std::string& text) {
-  std::size_t at = 0;
-  while (at < text.size()) {
-    const std::size_t length = CharacterLength(std::string_view(text).substr(at));
-    if (length == 0) break;
-    at += length;
-  }
-  if (at == text.size()) return text;
-  std::string converted;
-  for (const char letter : text) {
-    const auto byte = static_cast<unsigned char>(letter);
-    if (byte < 0x80) {
-      converted += letter;
-    } else {
-      converted += static_cast<char>(0xc0 | (byte >> 6));
-      converted += static_cast<char>(0x80 | (byte & 0x3f));
-    }
-  }
-  return converted;
-}
-
 class Splitter {
  public:
   explicit Splitter(std::string folder) : folder_(std::move(folder)) {}
@@ -102,7 +63,8 @@ class Splitter {
     if (bytes.find('\0') != std::string::npos) {
       return DeckError(source, "holds a byte of 0, and is no text; save it as UTF-8");
     }
-    const std::string text = InUtf8(bytes);
+    // LTspice writes its µ in Latin-1.
+    const std::string text = FindNoUtf8(bytes) == std::string::npos ? bytes : FromLatin1(bytes);
     std::size_t begin = 0, number = 0;
     bool in_control = false, is_inside = !section;
     bool may_continue = false;
@@ -268,9 +230,7 @@ absl::Status DeckError(const std::string& place, const std::string& what) {
 
 std::string Lower(std::string_view text) {
   std::string lower(text);
-  for (char& letter : lower) {
-    if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
-  }
+  absl::AsciiStrToLower(&lower);
   return lower;
 }
 

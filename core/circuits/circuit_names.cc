@@ -4,16 +4,10 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "core/format_number.h"
+
 namespace dlcs {
 namespace {
-
-std::string Listed(const std::vector<std::string>& words) {
-  std::string list;
-  for (std::size_t k = 0; k < words.size(); ++k) {
-    list += (k == 0 ? "" : k + 1 == words.size() ? " and " : ", ") + words[k];
-  }
-  return list;
-}
 
 // The nodes that hang together by branches other than `cut`, and do not reach node 0 by them.
 std::string CutOff(const std::vector<Index>& cut, const CircuitBranches& graph, const Circuit& circuit) {
@@ -32,7 +26,7 @@ std::string CutOff(const std::vector<Index>& cut, const CircuitBranches& graph, 
   for (std::size_t node = 0; node < circuit.nodes.size(); ++node) {
     if (!reached[node]) names.push_back(circuit.nodes[node]);
   }
-  return names.empty() ? "a node inside of one of them" : (names.size() == 1 ? "node " : "nodes ") + Listed(names);
+  return names.empty() ? "a node inside of one of them" : (names.size() == 1 ? "node " : "nodes ") + ListText(names);
 }
 
 }  // namespace
@@ -48,7 +42,7 @@ std::string ElementsOf(const std::vector<Index>& branches, const CircuitBranches
   elements.erase(std::unique(elements.begin(), elements.end()), elements.end());
   std::vector<std::string> names;
   for (const Index element : elements) names.push_back(WithPlace(circuit.elements[AsSize(element)]));
-  return Listed(names);
+  return ListText(names);
 }
 
 absl::Status StatusOfFault(const NetworkFault& fault, const CircuitBranches& graph, const Circuit& circuit,
@@ -62,7 +56,7 @@ absl::Status StatusOfFault(const NetworkFault& fault, const CircuitBranches& gra
       for (const Index node : fault.nodes) {
         if (node < static_cast<Index>(circuit.nodes.size())) names.push_back(circuit.nodes[AsSize(node)]);
       }
-      return absl::InvalidArgumentError((names.size() == 1 ? "node " : "nodes ") + Listed(names) +
+      return absl::InvalidArgumentError((names.size() == 1 ? "node " : "nodes ") + ListText(names) +
                                         (names.size() == 1 ? " is" : " are") +
                                         " connected to ground by no element; every node must be");
     }

@@ -18,11 +18,12 @@ constexpr double kMaxKernelDoubles = 8.4e7;  // blocks and their transforms, as 
 // I - hA beside a copy of A while it is made, the levels of multigrid, and vectors.
 double IterativeStepBytes(const Problem& problem) {
   constexpr double kBytesOfAnEntry = 110, kVectors = 16;
-  const bool is_symmetric = problem.A.kronecker_sum() != nullptr || IsSymmetric(problem.A.Sparse());
+  const SparseMatrix A = problem.A.Sparse();
+  const bool is_symmetric = problem.A.kronecker_sum() != nullptr || IsSymmetric(A);
   const double vectors = kVectors + (is_symmetric ? 0.0 : 2.0 * MultigridSolver::kRestart);
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
-  const double entries = static_cast<double>(problem.A.Sparse().nonZeros() + problem.B.nonzeros() +
-                                             problem.N.nonzeros() + problem.M.nonzeros());
+  const double entries =
+      static_cast<double>(A.nonZeros() + problem.B.nonzeros() + problem.N.nonzeros() + problem.M.nonzeros());
   return entries * kBytesOfAnEntry + (m + n) * vectors * kNumber;
 }
 

@@ -175,12 +175,13 @@ PropagatorChoice ChooseStepping(const Problem& problem, const Options& options, 
     }
     return why;
   };
-  const auto entries = static_cast<double>(problem.A.Sparse().nonZeros());
+  const SparseMatrix A = problem.A.Sparse();
+  const auto entries = static_cast<double>(A.nonZeros());
   const FactorSize without_fill{.nonzeros = entries / 2, .multiplications = 0, .matrix_nonzeros = entries};
   if (std::string why = chosen_if_faster(without_fill, ", and sparse factors at least "); !why.empty()) {
     return Stepping(PropagatorKind::kIterativeStepping, std::move(why));
   }
-  const FactorSize factor = PredictFactor(problem.A.Sparse(), problem.E.Sparse());
+  const FactorSize factor = PredictFactor(A, problem.E.Sparse());
   if (SparseStepBytes(problem, factor.nonzeros) > options.max_memory) {
     return Stepping(PropagatorKind::kIterativeStepping, too_large);
   }

@@ -112,26 +112,26 @@ ResidualSize SizeOf(const Vector& r, const ResidualScale& scale, Index begin, In
   return size;
 }
 
-ResidualSize LargestOf(const std::vector<ResidualSize>& sizes) {
-  ResidualSize largest;
-  for (const ResidualSize& size : sizes) {
-    largest.plain = NanMax(largest.plain, size.plain);
-    largest.scaled = NanMax(largest.scaled, size.scaled);
-  }
-  return largest;
-}
-
 }  // namespace
 
-void MultigridSolver::ComputeResidual() {
+template <typename Body>
+void MultigridSolver::UpdateResidual(const Body& update) {
   std::vector<ResidualSize> sizes((r_.size() + kRowsOfAVectorBlock - 1) / kRowsOfAVectorBlock);
   workers_.ForBlocks(r_.size(), kRowsOfAVectorBlock, [&](Index block, Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) r_[i] = is_fixed_[i] ? 0 : (*b_)[i] - RowTimes(i, *x_);
+    update(begin, end);
     sizes[block] = SizeOf(r_, scale_, begin, end);
   });
-  const ResidualSize size = LargestOf(sizes);
-  residual_ = size.scaled;
-  size_of_r_ = size.plain;
+  residual_ = size_of_r_ = 0;
+  for (const ResidualSize& size : sizes) {
+    residual_ = NanMax(residual_, size.scaled);
+    size_of_r_ = NanMax(size_of_r_, size.plain);
+  }
+}
+
+void MultigridSolver::ComputeResidual() {
+  UpdateResidual([&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) r_[i] = is_fixed_[i] ? 0 : (*b_)[i] - RowTimes(i, *x_);
+  });
 }
 
 void MultigridSolver::Start(const Vector& b, Vector& x, const ResidualScale& scale) {
@@ -155,7 +155,6 @@ bool MultigridSolver::Reduce(double target, Index max_iterations) {
 // The next direction is made orthogonal to the last one by the change of the residual, -last_step_ q: the
 // preconditioner is not the same to the last bit at each step (Polak-Ribière).
 bool MultigridSolver::ReduceByConjugateGradients(double target, Index max_iterations) {
-  std::vector<ResidualSize> sizes((r_.size() + kRowsOfAVectorBlock - 1) / kRowsOfAVectorBlock);
   for (Index iteration = 0; iteration < max_iterations; ++iteration) {
     Precondition(r_, z_);
     const double rho = Dot(r_, z_, workers_);
@@ -174,15 +173,11 @@ bool MultigridSolver::ReduceByConjugateGradients(double target, Index max_iterat
     if (!(curvature > 0)) return false;
     last_step_ = Dot(r_, p_, workers_) / curvature;
     has_direction_ = true;
-    workers_.ForBlocks(r_.size(), kRowsOfAVectorBlock, [&](Index block, Index begin, Index end) {
+    UpdateResidual([&](Index begin, Index end) {
       const Index rows = end - begin;
       x_->segment(begin, rows) += last_step_ * p_.segment(begin, rows);
       r_.segment(begin, rows) -= last_step_ * q_.segment(begin, rows);
-      sizes[block] = SizeOf(r_, scale_, begin, end);
     });
-    const ResidualSize size = LargestOf(sizes);
-    residual_ = size.scaled;
-    size_of_r_ = size.plain;
     if (std::isnan(residual_)) return false;
     if (residual_ <= target) return true;
   }

@@ -66,6 +66,9 @@ class MultigridSolver {
   double Multiply(const Vector& v, Vector& product) const;
   // z = the preconditioner applied to v.
   void Precondition(const Vector& v, Vector& z);
+  // Calls update(begin, end), which changes those rows of r_, for blocks of rows, and measures r_.
+  template <typename Body>
+  void UpdateResidual(const Body& update);
   void ComputeResidual();
 
   CompressedRows<double> K_;

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/sparse_factor.h"
 
@@ -35,7 +36,7 @@ class MassFactor {
       rows_.array() *= row.array();
       columns_.array() *= column.array();
     }
-    factor_.emplace(Factor(0));
+    factor_.emplace(scaled_, SparseOrder(scaled_), 0, -1);
   }
 
   bool is_regular() const { return factor_->is_regular(); }
@@ -69,8 +70,6 @@ class MassFactor {
     }
   }
 
-  SparseFactor<double> Factor(double shift) const { return {scaled_, SparseOrder(scaled_), shift, -1}; }
-
   Vector rows_, columns_;
   SparseMatrix scaled_;
   std::optional<SparseFactor<double>> factor_;
@@ -79,14 +78,10 @@ class MassFactor {
 // "row 3", "rows 3 and 5", "rows 3, 5, 7 and 20 more".
 std::string Listed(const char* what, const std::vector<Index>& indices) {
   constexpr std::size_t kMost = 6;
-  std::string text = std::string(what) + (indices.size() > 1 ? "s " : " ");
-  const std::size_t shown = std::min(indices.size(), kMost);
-  for (std::size_t k = 0; k < shown; ++k) {
-    const bool last = k + 1 == indices.size();
-    text += (k == 0 ? "" : last ? " and " : ", ") + std::to_string(indices[k]);
-  }
-  if (indices.size() > shown) text += " and " + std::to_string(indices.size() - shown) + " more";
-  return text;
+  std::vector<std::string> words;
+  for (std::size_t k = 0; k < std::min(indices.size(), kMost); ++k) words.push_back(std::to_string(indices[k]));
+  if (indices.size() > kMost) words.push_back(std::to_string(indices.size() - kMost) + " more");
+  return std::string(what) + (indices.size() > 1 ? "s " : " ") + ListText(words);
 }
 
 std::vector<Index> ZerosOf(const Vector& sizes) {

@@ -126,7 +126,7 @@ IterativeStep::IterativeStep(const Problem& problem, double step, SparseRule rul
 
 SparseMatrix IterativeStep::Assemble() {
   const Problem& problem = rule_.problem();
-  if (problem.has_mass()) scales_ = SparseMatrix(problem.E.Sparse()).diagonal().cwiseSqrt().cwiseInverse();
+  if (problem.has_mass()) scales_ = problem.E.Sparse().diagonal().cwiseSqrt().cwiseInverse();
   const PairMatrices matrices(problem, scales_);
   const Index m = problem.num_states(), n = problem.num_constraints();
   Index size = m;

@@ -74,7 +74,7 @@ struct DcpCommand {
 
 struct ModelCommand {
   ModelOptions options;
-  std::string path;    // of an input-output model or a mesh; "-" is standard input
+  std::string path;    // of an input-output model or a mesh; "-" is standard input; empty for a model on a grid
   std::string output;  // empty is standard output
 };
 

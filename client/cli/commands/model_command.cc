@@ -18,8 +18,7 @@ namespace dlcs::client {
 namespace {
 
 absl::StatusOr<nlohmann::ordered_json> MakeFile(const ModelCommand& command) {
-  const bool reads_file = command.options.kind == ModelKind::kInputOutput || command.options.kind == ModelKind::kHeat;
-  if (!reads_file) return ModelOnGrid(command.options);
+  if (command.path.empty()) return ModelOnGrid(command.options);
   const auto text = ReadTextFile(command.path);
   if (!text.ok()) return text.status();
   if (command.options.kind == ModelKind::kHeat) return ModelOnMesh(command.options, *text, SourceName(command.path));
