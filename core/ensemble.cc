@@ -32,13 +32,14 @@ std::vector<Violation> AllViolations(const Problem& problem, const Options& opti
 bool IsOwn(const EnsembleMember& member, const std::string& field) {
   const auto begins = [&](const char* name) { return field.rfind(name, 0) == 0; };
   return (member.x0 && begins("x0")) || (member.f && begins("f")) || (member.g && begins("g")) ||
-         (member.horizon && field == "T") || (member.break_points && begins("break_points"));
+         (member.h && begins("outputs.h")) || (member.horizon && field == "T") ||
+         (member.break_points && begins("break_points"));
 }
 
 // What is wrong with the problem and the options as `member` has them. Where it differs in its initial state alone
 // nothing else is looked at again: an ensemble may have a hundred thousand.
 std::vector<Violation> MemberViolations(const Problem& base, const EnsembleMember& member, const Options& options) {
-  const bool has_own_times = member.f || member.g || member.horizon || member.break_points;
+  const bool has_own_times = member.f || member.g || member.h || member.horizon || member.break_points;
   if (has_own_times) return AllViolations(MemberProblem(base, member), options);
   ViolationList list;
   if (member.x0) CheckInitialState(*member.x0, base.num_states(), list);
@@ -83,6 +84,7 @@ Problem MemberProblem(const Problem& base, const EnsembleMember& member) {
   if (member.g) problem.g = *member.g;
   if (member.horizon) problem.horizon = *member.horizon;
   if (member.break_points) problem.break_points = *member.break_points;
+  if (member.h) problem.outputs.h = *member.h;
   return problem;
 }
 

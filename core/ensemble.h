@@ -24,6 +24,7 @@ struct EnsembleMember {
   std::optional<TimeFunction> g;
   std::optional<double> horizon;
   std::optional<std::vector<double>> break_points;
+  std::optional<TimeFunction> h = {};  // of the outputs
 };
 
 // The base problem with the fields of `member` in place of its own.

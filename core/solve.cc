@@ -11,6 +11,7 @@
 #include "core/driver/plan.h"
 #include "core/driver/propagator_choice.h"
 #include "core/driver/report.h"
+#include "core/outputs/measure_outputs.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem/validate.h"
 
@@ -67,7 +68,13 @@ absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& o
   const StopScope scope(stop);
   try {
     const std::optional<Problem> form = FormToSolve(problem, options);
-    return SolveUnlessStopped(form ? *form : problem, options, observer, stop, setups, resume);
+    Options kept = options;
+    kept.keep_pieces = options.keep_pieces || HasMeasurements(problem);
+    auto solution = SolveUnlessStopped(form ? *form : problem, kept, observer, stop, setups, resume);
+    if (!solution.ok()) return solution;
+    if (absl::Status measured = MeasureOutputs(problem, *solution); !measured.ok()) return measured;
+    if (!options.keep_pieces) solution->pieces.clear();
+    return solution;
   } catch (const Stopped&) {
     return StoppedBeforeTheStart(problem.num_states(), problem.num_constraints());
   }

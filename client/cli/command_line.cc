@@ -146,6 +146,8 @@ void AddNetlist(CLI::App& main, NetlistCommand& command) {
   app.add_option("DECK", command.path, "SPICE deck; - reads standard input")->required()->type_name("FILE");
   AddDeckOptions(app, command.options);
   AddOutput(app, command.output, "the problem file");
+  app.add_flag("--message", command.message,
+               "Write the serialized ProblemBody of the contract, for programs, instead of a problem file");
   AddQuiet(app, command.quiet, "Print no notes on what was ignored or assumed");
   app.footer(fmt::format("{}\n\n{}", kNetlistExamples, kExitCodes));
 }

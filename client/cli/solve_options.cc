@@ -46,6 +46,7 @@ void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputForma
     if (text == "npz") return OutputFormat::kNpz;
     if (text == "hdf5") return OutputFormat::kHdf5;
     if (text == "mat") return OutputFormat::kMat;
+    if (text == "raw") return OutputFormat::kRaw;
     return text == "csv" ? OutputFormat::kCsv : OutputFormat::kTable;
   };
   AddWord<OutputFormat>(

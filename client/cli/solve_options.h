@@ -35,9 +35,9 @@ void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputForma
 void AddFormatAndOutput(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format,
                         const std::string& help, std::string& output, const char* what);
 // The formats of one trajectory, and their help.
-inline const std::vector<std::string> kTrajectoryFormats = {"table", "json", "csv", "npy", "npz", "hdf5", "mat"};
+inline const std::vector<std::string> kTrajectoryFormats = {"table", "json", "csv", "npy", "npz", "hdf5", "mat", "raw"};
 inline constexpr const char* kTrajectoryHelp =
-    "What to print or write (by the ending of the file, .json .csv .npy .npz .h5 .hdf5 .mat, or table)";
+    "What to print or write (by the ending of the file, .json .csv .npy .npz .h5 .hdf5 .mat .raw, or table)";
 
 }  // namespace dlcs::client
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/files/encoding.h"
 
+#include <algorithm>
+
 namespace dlcs::client {
 namespace {
 
@@ -32,6 +34,19 @@ std::size_t FindNoUtf8(std::string_view text) {
     at += length;
   }
   return std::string_view::npos;
+}
+
+std::u32string LettersOf(std::string_view text) {
+  std::u32string letters;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = std::max<std::size_t>(CharacterLength(text.substr(at)), 1);
+    const auto lead = static_cast<unsigned char>(text[at]);
+    char32_t letter = length == 1 ? lead : lead & (0x7fU >> length);
+    for (std::size_t k = 1; k < length; ++k) letter = letter << 6 | (static_cast<unsigned char>(text[at + k]) & 0x3f);
+    letters += letter;
+    at += length;
+  }
+  return letters;
 }
 
 std::string FromLatin1(std::string_view text) {

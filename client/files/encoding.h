@@ -13,6 +13,9 @@ namespace dlcs::client {
 // The first byte of `text` that is not valid UTF-8; npos if there is none. Overlong forms and surrogates are not valid.
 std::size_t FindNoUtf8(std::string_view text);
 
+// The characters of `text`, in valid UTF-8.
+std::u32string LettersOf(std::string_view text);
+
 // The UTF-8 of a text in Latin-1.
 std::string FromLatin1(std::string_view text);
 

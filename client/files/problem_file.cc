@@ -16,6 +16,7 @@
 #include "client/files/json_reader.h"
 #include "client/files/json_text.h"
 #include "client/files/matrix_json.h"
+#include "client/files/outputs_json.h"
 #include "client/files/problem_arrays.h"
 #include "client/files/time_function_json.h"
 #include "client/result/names.h"
@@ -30,7 +31,7 @@ using nlohmann::ordered_json;
 const std::vector<std::string>& ProblemKeys() {
   static const std::vector<std::string> keys = {
       "A",          "B",      "N",    "M",        "x0",           "T",   "f", "g", "states", "pairs",
-      "parameters", "pieces", "rule", "selector", "break_points", "kind", "E"};
+      "parameters", "pieces", "rule", "selector", "break_points", "kind", "E", "outputs", "measurements"};
   return keys;
 }
 
@@ -151,6 +152,7 @@ void ReadLinear(const json& root, const AgreementCheck& agrees, JsonReader& read
   ReadNames(root, reader, problem);
   ReadSourcesOnce(root, rows(problem.a()), rows(problem.m()), agrees, reader, problem);
   ReadRuleKeys(root, reader, problem);
+  ReadOutputs(root, reader, problem);
 }
 
 // A list of formulas in t, x1, ... and y1, ...; numbers are allowed as formulas.
@@ -200,7 +202,7 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
   if (IsArrayFile(text) || ShouldBeArrayFile(text, source)) {
     auto problem = ParseProblemArrays(text, source);
     if (!problem.ok()) return problem.status();
-    return ProblemFile{.problem = *std::move(problem), .nonlinear = {}, .name = {}, .outputs = {}};
+    return ProblemFile{.problem = *std::move(problem), .nonlinear = {}, .name = {}};
   }
   const auto root =
       ParseObject(text, source, "the keys A, B, N, M, x0 and T, or \"kind\": \"nonlinear\" and f, g, x0 and T");
@@ -220,8 +222,6 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
 
   if (root->contains("annotations") && !(*root)["annotations"].is_object()) {
     reader.Refuse("annotations", "must be an object; it may hold anything");
-  } else if (root->contains("annotations") && (*root)["annotations"].contains("outputs")) {
-    file.outputs = (*root)["annotations"]["outputs"];
   }
   if (root->contains("name")) file.name = reader.ReadString((*root)["name"], "name").value_or("");
 
@@ -251,6 +251,7 @@ ordered_json ProblemJson(const v1::Problem& problem) {
   if (problem.has_selector()) {
     file["selector"] = {{"C", MatrixJson(problem.selector().c())}, {"b", problem.selector().b()}};
   }
+  WriteOutputs(problem, file);
   return file;
 }
 

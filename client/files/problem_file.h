@@ -19,7 +19,6 @@ struct ProblemFile {
   v1::Problem problem;                            // empty where `nonlinear` is set
   std::optional<v1::NonlinearProblem> nonlinear;  // of a file with "kind": "nonlinear"
   std::string name;                               // the key `name`, empty when there is none
-  nlohmann::json outputs = {};                    // "outputs" of "annotations" (client/netlist), null without
 };
 
 // Whether two functions of `size` components are equal for a problem. Implemented in client/local/agreement.h, since it
@@ -27,9 +26,9 @@ struct ProblemFile {
 using AgreementCheck = std::function<bool(const v1::TimeFunction& one, const v1::TimeFunction& other, int size,
                                           const v1::Problem& problem)>;
 
-// Reads the keys A B N M x0 T f g states pairs parameters pieces rule selector break_points and the annotations; of a
-// nonlinear problem ("kind": "nonlinear") f g x0 T states pairs parameters W break_points, where f and g are lists of
-// formulas in t, x1, ... and y1, ....
+// Reads the keys A B N M x0 T f g states pairs parameters pieces rule selector break_points outputs measurements and
+// the annotations; of a nonlinear problem ("kind": "nonlinear") f g x0 T states pairs parameters W break_points, where f
+// and g are lists of formulas in t, x1, ... and y1, ....
 //
 // Matrices take the forms of matrix_json.h, f and g those of time_function_json.h; a missing source is zero. `pieces`
 // replaces both; f or g next to it is an error unless `agrees` says that they are equal. Only the format is checked

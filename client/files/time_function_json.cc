@@ -150,25 +150,26 @@ void ReadOwnPieces(const json& pieces, const std::string& path, int size, JsonRe
   }
 }
 
-// f or g of a problem: a source, or an object that is a matrix times one, or pieces of its own.
-void ReadFunction(const json& root, const std::string& key, int size, std::int64_t& zeros, JsonReader& reader,
-                  v1::TimeFunction& function) {
+// The function at `prefix` and its key: a source, or an object that is a matrix times one, or pieces of its own.
+void ReadFunctionOrZeros(const json& root, const std::string& key, const std::string& prefix, int size,
+                         std::int64_t& zeros, JsonReader& reader, v1::TimeFunction& function) {
   const auto value = root.find(key);
+  const std::string path = prefix + key;
   const bool composed =
       value != root.end() && value->is_object() && (value->contains("matrix") || value->contains("pieces"));
-  if (!composed) return ReadPiece(root, key, "", size, zeros, reader, *function.add_pieces());
-  reader.RefuseUnknownKeys(*value, {"matrix", value->contains("pieces") ? "pieces" : "of"}, key);
+  if (!composed) return ReadPiece(root, key, prefix, size, zeros, reader, *function.add_pieces());
+  reader.RefuseUnknownKeys(*value, {"matrix", value->contains("pieces") ? "pieces" : "of"}, path);
   if (value->contains("matrix")) {
-    const auto lift = ReadAnyMatrix((*value)["matrix"], key + ".matrix", reader);
+    const auto lift = ReadAnyMatrix((*value)["matrix"], path + ".matrix", reader);
     if (!lift) return;
     *function.mutable_lift() = *lift;
     size = static_cast<int>(std::clamp<std::int64_t>(ShapeOf(*lift).columns, 0, std::numeric_limits<int>::max()));
   }
   if (value->contains("pieces")) {
-    ReadOwnPieces((*value)["pieces"], key + ".pieces", size, reader, function);
+    ReadOwnPieces((*value)["pieces"], path + ".pieces", size, reader, function);
   } else if (const json* of =
-                 reader.Require(*value, "of", fmt::format("{} needs the functions that its matrix multiplies", key))) {
-    ReadSource(*of, key + ".of", size, reader, *function.add_pieces());
+                 reader.Require(*value, "of", fmt::format("{} needs the functions that its matrix multiplies", path))) {
+    ReadSource(*of, path + ".of", size, reader, *function.add_pieces());
   }
 }
 
@@ -208,8 +209,8 @@ void ReadSources(const json& root, int states, int constraints, JsonReader& read
   std::int64_t zeros = 0;
   const auto pieces = root.find("pieces");
   if (pieces == root.end()) {
-    ReadFunction(root, "f", states, zeros, reader, f);
-    ReadFunction(root, "g", constraints, zeros, reader, g);
+    ReadFunctionOrZeros(root, "f", "", states, zeros, reader, f);
+    ReadFunctionOrZeros(root, "g", "", constraints, zeros, reader, g);
     return;
   }
   for (const char* key : {"f", "g"}) {
@@ -243,6 +244,12 @@ void ReadSources(const json& root, int states, int constraints, JsonReader& read
     f.mutable_pieces(f.pieces_size() - 1)->set_start(start);
     g.mutable_pieces(g.pieces_size() - 1)->set_start(start);
   }
+}
+
+void ReadFunction(const json& object, const std::string& key, const std::string& prefix, int size, JsonReader& reader,
+                  v1::TimeFunction& function) {
+  std::int64_t zeros = 0;
+  ReadFunctionOrZeros(object, key, prefix, size, zeros, reader, function);
 }
 
 ordered_json SourceJson(const v1::TimeFunction& function, int size) {

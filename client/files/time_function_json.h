@@ -5,6 +5,7 @@
 #define DLCS_CLIENT_FILES_TIME_FUNCTION_JSON_H_
 
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "client/files/json_reader.h"
 #include "dlcs/v1/solver.pb.h"
@@ -25,6 +26,11 @@ namespace dlcs::client {
 // A missing function is zero, with `states` or `constraints` components.
 void ReadSources(const nlohmann::json& root, int states, int constraints, JsonReader& reader, v1::TimeFunction& f,
                  v1::TimeFunction& g);
+
+// Reads the function of `size` components that `object` has under `key`, in one of these forms except "pieces" in place
+// of f and g; it is zero if there is no such key. `prefix` stands before the key in messages.
+void ReadFunction(const nlohmann::json& object, const std::string& key, const std::string& prefix, int size,
+                  JsonReader& reader, v1::TimeFunction& function);
 
 // A valid function of `size` components in the form that ReadSources() reads; null if it is zero.
 nlohmann::ordered_json SourceJson(const v1::TimeFunction& function, int size);

@@ -4,130 +4,148 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
+#include <string>
 #include <utility>
+#include <variant>
+#include <vector>
 
-#include "client/files/json_reader.h"
-#include "client/files/matrix_json.h"
-#include "client/files/time_function_json.h"
-#include "core/problem/time_axis.h"
-#include "core/problem/violation_list.h"
-#include "server/wire/convert.h"
+#include "client/netlist/deck_lines.h"
+#include "client/netlist/spice_expression.h"
 
 namespace dlcs::client {
 namespace {
 
-using nlohmann::json;
-using nlohmann::ordered_json;
+// rows · f(t), without the functions of time that it does not need: each is searched for switching times. The first
+// function is 1.
+TimeFunction RowsOf(const TimeFunction& function, const Matrix& rows, const Vector& constants) {
+  TimeFunction chosen = function;
+  Matrix lift = rows * function.lift.Dense();
+  lift.col(0) += constants;
+  const bool has_formulas = std::all_of(
+      chosen.pieces.begin(), chosen.pieces.end(),
+      [](const TimeFunction::Piece& piece) { return std::holds_alternative<FormulaFunction>(piece.function); });
+  if (!has_formulas) {
+    chosen.lift = std::move(lift);
+    return chosen;
+  }
+  std::vector<Index> kept = {0};
+  for (Index k = 1; k < lift.cols(); ++k) {
+    if (!lift.col(k).isZero(0)) kept.push_back(k);
+  }
+  chosen.lift = Matrix(lift(Eigen::all, kept));
+  for (TimeFunction::Piece& piece : chosen.pieces) {
+    std::vector<std::string>& formulas = std::get<FormulaFunction>(piece.function).formulas;
+    std::vector<std::string> texts;
+    for (const Index k : kept) texts.push_back(formulas[static_cast<std::size_t>(k)]);
+    formulas = std::move(texts);
+  }
+  return chosen;
+}
 
-void ReadFactors(const json& value, const std::string& key, JsonReader& reader, v1::Matrix& matrix) {
-  const json* rows = reader.Require(value, key, "a row per output");
-  if (rows == nullptr) return;
-  if (const auto dense = reader.ReadMatrix(*rows, "annotations.outputs." + key)) *matrix.mutable_dense() = *dense;
+class OutputTable {
+ public:
+  explicit OutputTable(const CircuitOutputs& all) : all_(all) {}
+
+  // The index of the output with this value, which is added under `name` if it is new.
+  Index Add(std::string name, const LinearValue& value) {
+    for (std::size_t k = 0; k < values_.size(); ++k) {
+      if (values_[k].constant == value.constant && values_[k].factors == value.factors) return static_cast<Index>(k);
+    }
+    const std::string first = name;
+    for (int number = 2; IsTaken(name); ++number) name = fmt::format("{} #{}", first, number);
+    names_.push_back(std::move(name));
+    values_.push_back(value);
+    return static_cast<Index>(values_.size()) - 1;
+  }
+  Index Add(const std::string& name) { return Add(name, {0, {{Lower(name), 1}}}); }
+
+  std::size_t size() const { return values_.size(); }
+
+  // Under its own name where it is a voltage or a current alone.
+  Index AddAs(const std::string& text, const LinearValue& value) {
+    const bool is_alone = value.constant == 0 && value.factors.size() == 1 && value.factors.begin()->second == 1;
+    const Index row = is_alone ? RowOf(value.factors.begin()->first) : -1;
+    if (row >= 0) return Add(all_.names[static_cast<std::size_t>(row)], value);
+    return Add(is_alone ? value.factors.begin()->first : text, value);
+  }
+
+  Outputs Make(std::size_t shown) && {
+    const auto count = static_cast<Index>(values_.size());
+    Matrix rows = Matrix::Zero(count, static_cast<Index>(all_.names.size()));
+    Vector constants = Vector::Zero(count);
+    for (Index k = 0; k < count; ++k) {
+      const LinearValue& value = values_[static_cast<std::size_t>(k)];
+      constants[k] = value.constant;
+      for (const auto& [name, factor] : value.factors) AddTo(rows, k, name, factor);
+    }
+    Outputs outputs;
+    outputs.hidden = count - static_cast<Index>(shown);
+    outputs.names = std::move(names_);
+    outputs.C = rows * all_.x_factors;
+    outputs.D = rows * all_.y_factors;
+    outputs.h = RowsOf(all_.sources, rows, constants);
+    return outputs;
+  }
+
+ private:
+  bool IsTaken(const std::string& name) const { return std::find(names_.begin(), names_.end(), name) != names_.end(); }
+
+  // -1 for ground.
+  Index RowOf(const std::string& lower) const {
+    for (std::size_t k = 0; k < all_.names.size(); ++k) {
+      if (Lower(all_.names[k]) == lower) return static_cast<Index>(k);
+    }
+    return -1;
+  }
+
+  // factor · quantity, of which v(a,b) is a difference.
+  void AddTo(Matrix& rows, Index k, const std::string& quantity, double factor) const {
+    const std::size_t comma = quantity.find(',');
+    if (comma == std::string::npos) {
+      if (const Index row = RowOf(quantity); row >= 0) rows(k, row) += factor;
+      return;
+    }
+    AddTo(rows, k, quantity.substr(0, comma) + ")", factor);
+    AddTo(rows, k, "v(" + quantity.substr(comma + 1), -factor);
+  }
+
+  const CircuitOutputs& all_;
+  std::vector<std::string> names_;
+  std::vector<LinearValue> values_;
+};
+
+std::vector<Index> IndicesOf(const DeckQuantity& quantity, OutputTable& table) {
+  std::vector<Index> indices;
+  for (const LinearValue& factor : quantity.factors) {
+    const bool is_whole = quantity.factors.size() == 1;
+    indices.push_back(
+        table.AddAs(is_whole ? quantity.text : fmt::format("{}[{}]", quantity.text, indices.size()), factor));
+  }
+  return indices;
 }
 
 }  // namespace
 
-ordered_json OutputsJson(const NamedOutputs& outputs) {
-  ordered_json value = ordered_json::object();
-  value["names"] = outputs.names;
-  if (outputs.shown < outputs.names.size()) value["shown"] = outputs.shown;
-  if (!outputs.limits.empty()) value["limits"] = outputs.limits;
-  value["x"] = MatrixJson(outputs.x_factors);
-  value["y"] = MatrixJson(outputs.y_factors);
-  ordered_json sources = SourceJson(outputs.sources, static_cast<int>(outputs.names.size()));
-  if (!sources.is_null()) value["sources"] = std::move(sources);
-  return value;
-}
-
-absl::StatusOr<NamedOutputs> OutputsFromJson(const json& value, const std::string& source) {
-  JsonReader reader(source);
-  NamedOutputs outputs;
-  if (!value.is_object() || !value.contains("names") || !value["names"].is_array()) {
-    reader.Refuse("annotations.outputs", "must be an object with names, x, y and sources");
-    return reader.status();
+void SetOutputs(const Deck& deck, CircuitProblem& made) {
+  OutputTable table(made.outputs);
+  for (const DeckQuantity& quantity : deck.outputs) table.AddAs(quantity.text, quantity.factors[0]);
+  if (deck.outputs.empty()) {
+    for (const std::string& name : made.outputs.names) table.Add(name);
   }
-  for (const json& name : value["names"]) outputs.names.push_back(name.is_string() ? name.get<std::string>() : "");
-  const auto count = static_cast<int>(outputs.names.size());
-  outputs.shown = outputs.names.size();
-  if (value.contains("shown")) {
-    const auto shown = reader.ReadNumber(value["shown"], "annotations.outputs.shown");
-    if (shown && *shown >= 0 && *shown <= count) outputs.shown = static_cast<std::size_t>(*shown);
+  const std::size_t shown = table.size();
+  std::vector<OutputLimit> limits;
+  for (const CurrentLimit& limit : made.limits) limits.push_back({table.Add(limit.output), limit.amperes});
+  std::vector<Measurement> measurements;
+  for (const DeckMeasurement& one : deck.measurements) {
+    Measurement& measurement = measurements.emplace_back(one.measurement);
+    measurement.outputs = IndicesOf(one.measured, table);
+    if (measurement.at) measurement.at->outputs = IndicesOf(one.at, table);
+    if (measurement.until) measurement.until->outputs = IndicesOf(one.until, table);
   }
-  if (value.contains("limits") && value["limits"].is_object()) {
-    for (const auto& [name, limit] : value["limits"].items()) {
-      outputs.limits[name] = reader.ReadNumber(limit, "annotations.outputs.limits." + name).value_or(0);
-    }
-  }
-  ReadFactors(value, "x", reader, outputs.x_factors);
-  ReadFactors(value, "y", reader, outputs.y_factors);
-  json sources = json::object();
-  if (value.contains("sources")) sources["f"] = value["sources"];
-  v1::TimeFunction none;
-  ReadSources(sources, count, 1, reader, outputs.sources, none);
-  if (absl::Status status = reader.status(); !status.ok()) return status;
-  return outputs;
-}
-
-absl::StatusOr<OutputColumns> EvaluateOutputs(const NamedOutputs& outputs, const SolveResult& result, double horizon) {
-  const auto count = static_cast<Index>(outputs.names.size());
-  std::vector<Violation> violations;
-  const Matrix x_factors = MatrixFromProto(outputs.x_factors, "annotations.outputs.x", violations);
-  const Matrix y_factors = MatrixFromProto(outputs.y_factors, "annotations.outputs.y", violations);
-  const TimeFunction sources = TimeFunctionFromProto(outputs.sources, count, "annotations.outputs.sources", violations);
-  if (violations.empty()) violations = Validate(sources, count, "annotations.outputs.sources");
-  if (!violations.empty()) return StatusOf(violations);
-  if (x_factors.rows() != count || x_factors.cols() != static_cast<Index>(result.states) || y_factors.rows() != count ||
-      y_factors.cols() != static_cast<Index>(result.constraints)) {
-    return absl::InvalidArgumentError(fmt::format("annotations.outputs: x must be {} x {} and y {} x {}, for {} names",
-                                                  count, result.states, count, result.constraints, count));
-  }
-  const TimeAxis axis{horizon, MergeBreakPoints({}, BreakPoints(sources, horizon), horizon)};
-  auto evaluator = TimeFunctionEvaluator::Create(sources, count, axis);
-  if (!evaluator.ok()) return evaluator.status();
-  OutputColumns columns;
-  columns.names = outputs.names;
-  columns.values.resize(result.times.size() * outputs.names.size());
-  Vector at(count);
-  for (std::size_t k = 0; k < result.times.size(); ++k) {
-    evaluator->Evaluate(axis.Nearest(result.times[k]), result.times[k] < horizon ? Side::kRight : Side::kLeft, at);
-    at += x_factors * Eigen::Map<const Vector>(result.x_at(k).data(), x_factors.cols());
-    at += y_factors * Eigen::Map<const Vector>(result.y_at(k).data(), y_factors.cols());
-    std::copy(at.begin(), at.end(), columns.values.begin() + static_cast<std::ptrdiff_t>(k * outputs.names.size()));
-  }
-  return columns;
-}
-
-std::vector<std::string> ReachedLimits(const NamedOutputs& outputs, const OutputColumns& columns,
-                                       const std::vector<double>& times) {
-  constexpr double kReached = 0.999;
-  std::vector<std::string> reached;
-  for (std::size_t i = 0; i < columns.names.size(); ++i) {
-    const auto limit = outputs.limits.find(columns.names[i]);
-    if (limit == outputs.limits.end()) continue;
-    for (std::size_t k = 0; k < times.size(); ++k) {
-      if (!(std::abs(columns.at(k)[i]) >= kReached * limit->second)) continue;
-      reached.push_back(
-          fmt::format("{} reaches {:g} A at t = {:g}, the largest current that the model of this switch "
-                      "allows: the result is none of the circuit",
-                      columns.names[i], limit->second, times[k]));
-      break;
-    }
-  }
-  return reached;
-}
-
-OutputColumns ShownOutputs(const NamedOutputs& outputs, const OutputColumns& columns) {
-  OutputColumns shown;
-  const std::size_t count = std::min(outputs.shown, columns.names.size());
-  shown.names.assign(columns.names.begin(), columns.names.begin() + static_cast<std::ptrdiff_t>(count));
-  const std::size_t times = columns.names.empty() ? 0 : columns.values.size() / columns.names.size();
-  for (std::size_t k = 0; k < times; ++k) {
-    const auto values = columns.at(k).first(count);
-    shown.values.insert(shown.values.end(), values.begin(), values.end());
-  }
-  return shown;
+  made.problem.outputs = std::move(table).Make(shown);
+  made.problem.outputs.limits = std::move(limits);
+  made.problem.measurements = std::move(measurements);
 }
 
 }  // namespace dlcs::client

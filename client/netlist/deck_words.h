@@ -5,6 +5,7 @@
 #define DLCS_CLIENT_NETLIST_DECK_WORDS_H_
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,9 @@ struct DeckWord {
   std::size_t offset = 0;      // in the line
   bool is_expression = false;  // it was in braces or single quotes, which `text` has no more
 };
+
+// name=value pairs, names in small letters.
+using NamedWords = std::map<std::string, DeckWord>;
 
 // Words are separated by blanks and commas. "(", ")" and "=" are words of their own; an expression in braces or single
 // quotes is one word.

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "client/netlist/circuit_outputs.h"
 #include "client/netlist/deck_options.h"
 #include "dlcs/v1/solver.pb.h"
 
@@ -17,8 +16,7 @@ namespace dlcs::client {
 
 struct Netlist {
   std::string title;
-  v1::Problem problem;
-  NamedOutputs outputs;            // those that the deck asks for, else all
+  v1::Problem problem;             // with the outputs that the deck asks for, else all
   std::vector<std::string> notes;  // what was ignored or assumed, for the user
 };
 
@@ -36,7 +34,7 @@ absl::StatusOr<Netlist> ReadNetlist(const std::string& text, const std::string& 
 // The same for the file at `path`, `-` for standard input.
 absl::StatusOr<Netlist> ReadNetlistFile(const std::string& path, const DeckOptions& options);
 
-// The problem file, with the outputs under "annotations".
+// The problem file.
 nlohmann::ordered_json NetlistJson(const Netlist& netlist);
 
 }  // namespace dlcs::client

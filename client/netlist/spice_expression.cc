@@ -292,7 +292,7 @@ class ExpressionReader {
     ParameterScope* home = scope_.WhereFunction(name);
     if (home == nullptr && (name == "v" || name == "i")) {
       if (quantities_) return Quantity(name);
-      return Fail(fmt::format("{}(...) is allowed in B, E and G elements only", name));
+      return Fail(fmt::format("{}(...) is allowed in B, E and G elements, .print and .meas only", name));
     }
     const std::size_t begin = at_;
     ++at_;

@@ -16,11 +16,12 @@ void Append(const google::protobuf::RepeatedField<double>& values, std::vector<d
   all.insert(all.end(), values.data(), values.data() + values.size());
 }
 
-bool LimitsFit(const v1::TrajectoryChunk& chunk, std::size_t constraints) {
+bool LimitsFit(const v1::TrajectoryChunk& chunk, std::size_t constraints, std::size_t outputs) {
   for (const v1::LeftLimit& limit : chunk.left_limits()) {
     const bool is_inside = limit.index() >= chunk.first() && limit.index() < chunk.first() + chunk.times_size();
     if (!is_inside || static_cast<std::size_t>(limit.y_size()) != constraints) return false;
     if (!limit.w().empty() && limit.w_size() != limit.y_size()) return false;
+    if (static_cast<std::size_t>(limit.outputs_size()) != outputs) return false;
   }
   return true;
 }
@@ -93,13 +94,15 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
 // Reserves memory for the trajectory, so that it is not copied as it grows; unused pages cost nothing.
 void ResultCollector::Reserve() {
   constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  // whatever a server announces
-  const std::size_t most = kMaxBytes / (sizeof(double) * (1 + result_.states + 2 * result_.constraints));
+  const std::size_t outputs = result_.names.outputs.size();
+  const std::size_t most = kMaxBytes / (sizeof(double) * (1 + result_.states + 2 * result_.constraints + outputs));
   const std::int64_t announced = asked_times_ > 0 ? asked_times_ : result_.analysis.steps() + 1;
   const std::size_t times = std::min(static_cast<std::size_t>(std::max(announced, std::int64_t{0})), most);
   result_.times.reserve(times);
   result_.x.reserve(times * result_.states);
   result_.y.reserve(times * result_.constraints);
   result_.w.reserve(times * result_.constraints);
+  result_.outputs.reserve(times * outputs);
 }
 
 void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
@@ -108,7 +111,9 @@ void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
   const bool fits = static_cast<std::size_t>(chunk.first()) == received_times_ &&
                     static_cast<std::size_t>(chunk.x_size()) == count * result_.states &&
                     static_cast<std::size_t>(chunk.y_size()) == count * result_.constraints &&
-                    chunk.w_size() == (sends_w_ ? chunk.y_size() : 0) && LimitsFit(chunk, result_.constraints);
+                    chunk.w_size() == (sends_w_ ? chunk.y_size() : 0) &&
+                    static_cast<std::size_t>(chunk.outputs_size()) == count * result_.names.outputs.size() &&
+                    LimitsFit(chunk, result_.constraints, result_.names.outputs.size());
   if (!fits && fault_.empty()) {
     fault_ = fmt::format("the chunk of the trajectory at index {} does not continue it at {}", chunk.first(),
                          received_times_);
@@ -120,6 +125,7 @@ void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
   Append(chunk.x(), result_.x);
   Append(chunk.y(), result_.y);
   Append(chunk.w(), result_.w);
+  Append(chunk.outputs(), result_.outputs);
   result_.left_limits.insert(result_.left_limits.end(), chunk.left_limits().begin(), chunk.left_limits().end());
 }
 

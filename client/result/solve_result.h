@@ -16,14 +16,6 @@
 
 namespace dlcs::client {
 
-// Quantities that follow from a solution, with names.
-struct OutputColumns {
-  std::vector<std::string> names;
-  std::vector<double> values;  // one for each name, per time
-
-  std::span<const double> at(std::size_t k) const { return {values.data() + k * names.size(), names.size()}; }
-};
-
 struct SolveResult {
   v1::Analysis analysis;  // empty when the solve ended before it
   v1::Summary summary;
@@ -35,11 +27,15 @@ struct SolveResult {
   std::vector<double> y;                   // `constraints` values per time; at 0 and at break points the right limit
   std::vector<double> w;                   // as y; empty from servers that do not send it
   std::vector<v1::LeftLimit> left_limits;  // where they differ, in the order of time
-  OutputColumns outputs;                   // of a circuit; empty for other problems
+  std::vector<double> outputs;             // names.outputs.size() values per time
   std::string job;                         // the job on the server that keeps this result; empty if there is none
 
   std::span<const double> x_at(std::size_t k) const { return {x.data() + k * states, states}; }
   std::span<const double> y_at(std::size_t k) const { return {y.data() + k * constraints, constraints}; }
+  std::span<const double> outputs_at(std::size_t k) const {
+    return {outputs.data() + k * names.outputs.size(), names.outputs.size()};
+  }
+  bool has_outputs() const { return !names.outputs.empty(); }
   bool has_w() const { return !w.empty(); }
   std::span<const double> w_at(std::size_t k) const {
     return has_w() ? std::span(w.data() + k * constraints, constraints) : std::span<const double>();

@@ -78,7 +78,9 @@ absl::Status JobClient::ReadTrajectory(const v1::ReadTrajectoryRequest& request,
     const auto reader = stub_->ReadTrajectory(call.context(), rest);
     for (v1::TrajectoryPage page; reader->Read(&page);) {
       const bool w_arrived = page.chunk().w().empty() || page.w_crc32() == TrajectoryWCrc(page.chunk());
-      if (page.crc32() != TrajectoryCrc(page.chunk()) || !w_arrived) {
+      const bool outputs_arrived =
+          page.chunk().outputs().empty() || page.outputs_crc32() == TrajectoryOutputsCrc(page.chunk());
+      if (page.crc32() != TrajectoryCrc(page.chunk()) || !w_arrived || !outputs_arrived) {
         call.context()->TryCancel();
         reader->Finish();
         return grpc::Status(grpc::StatusCode::UNAVAILABLE, "a page of the trajectory arrived damaged");

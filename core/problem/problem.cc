@@ -78,11 +78,24 @@ void CheckFormulas(const TimeFunction& function, double horizon, const std::stri
   }
 }
 
+// f, g and h of the outputs, where there are outputs, with their names and sizes.
+struct Source {
+  const char* field;
+  const TimeFunction* function;
+  Index size;
+};
+std::vector<Source> SourcesOf(const Problem& problem) {
+  std::vector<Source> sources = {{"f", &problem.f, problem.num_states()}, {"g", &problem.g, problem.num_constraints()}};
+  const Outputs& outputs = problem.outputs;
+  if (outputs.size() > 0) sources.push_back({"outputs.h", &outputs.h, outputs.size()});
+  return sources;
+}
+
 // The formulas together may switch as often as one alone.
 void CheckNumberOfSwitches(const Problem& problem, ViolationList& list) {
   std::vector<double> found;
   std::string field = "f";
-  for (const auto& [name, function] : {std::pair{"f", &problem.f}, {"g", &problem.g}}) {
+  for (const auto& [name, function, size] : SourcesOf(problem)) {
     for (const AnalyzedComponent& component : AnalyzeFormulas(*function, problem.horizon)) {
       const std::vector<double>& times = component.formula->switching.times;
       found.insert(found.end(), times.begin(), times.end());
@@ -92,7 +105,7 @@ void CheckNumberOfSwitches(const Problem& problem, ViolationList& list) {
   if (found.size() <= kMaxSwitchingTimes) return;
   const std::size_t count = MergeBreakPoints({}, found, problem.horizon).size();
   if (count <= kMaxSwitchingTimes) return;
-  list.Add(field, std::to_string(count) + " switching times of the formulas of f and g; at most " +
+  list.Add(field, std::to_string(count) + " switching times of all formulas; at most " +
                       std::to_string(kMaxSwitchingTimes) + " are allowed together");
 }
 
@@ -155,25 +168,31 @@ std::vector<Violation> Validate(const Problem& problem) {
   CheckBreakPoints(problem.break_points, has_horizon ? problem.horizon : HUGE_VAL, list);
   CheckSelector(problem.selector, problem.rule, n, list);
   CheckMass(problem, list);
+  CheckOutputs(problem.outputs, m, n, list);
+  CheckMeasurements(problem.measurements, problem.outputs, has_horizon ? problem.horizon : HUGE_VAL, list);
   // Values are looked at last: they need the times, and a problem with other faults is read again anyway.
   if (list.empty()) {
-    CheckFormulas(problem.f, problem.horizon, "f", list);
-    CheckFormulas(problem.g, problem.horizon, "g", list);
+    for (const Source& source : SourcesOf(problem)) {
+      CheckFormulas(*source.function, problem.horizon, source.field, list);
+    }
     CheckNumberOfSwitches(problem, list);
   }
   if (list.empty()) {
     const TimeAxis axis = AxisOf(problem);
     const std::vector<SampleTime> samples = SampleTimes(axis);
-    CheckValues(problem.f, m, axis, samples, "f", list);
-    CheckValues(problem.g, n, axis, samples, "g", list);
+    for (const Source& source : SourcesOf(problem)) {
+      CheckValues(*source.function, source.size, axis, samples, source.field, list);
+    }
   }
   return std::move(list).Take();
 }
 
 std::vector<double> BreakPoints(const Problem& problem) {
-  std::vector<double> found = BreakPoints(problem.f, problem.horizon);
-  const std::vector<double> of_g = BreakPoints(problem.g, problem.horizon);
-  found.insert(found.end(), of_g.begin(), of_g.end());
+  std::vector<double> found;
+  for (const Source& source : SourcesOf(problem)) {
+    const std::vector<double> of_source = BreakPoints(*source.function, problem.horizon);
+    found.insert(found.end(), of_source.begin(), of_source.end());
+  }
   return MergeBreakPoints(problem.break_points, found, problem.horizon);
 }
 
@@ -181,8 +200,9 @@ TimeAxis AxisOf(const Problem& problem) { return {problem.horizon, BreakPoints(p
 
 std::vector<std::string> SourceWarnings(const Problem& problem) {
   std::vector<std::string> warnings;
-  AddWarnings(problem.f, problem.horizon, "f", warnings);
-  AddWarnings(problem.g, problem.horizon, "g", warnings);
+  for (const Source& source : SourcesOf(problem)) {
+    AddWarnings(*source.function, problem.horizon, source.field, warnings);
+  }
   return warnings;
 }
 

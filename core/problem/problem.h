@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/linalg/structured_matrix.h"
+#include "core/problem/outputs.h"
 #include "core/problem/time_function.h"
 #include "core/types.h"
 
@@ -49,6 +50,8 @@ struct Problem {
   SolutionRule rule = SolutionRule::kAuto;
   std::optional<Selector> selector;  // with kMinimizer, and only then
   StructuredMatrix E = {};           // m × m, nonsingular; 0 × 0 stands for the identity
+  Outputs outputs = {};
+  std::vector<Measurement> measurements = {};
 
   bool has_mass() const { return E.rows() > 0; }
   // E times the columns.
@@ -59,20 +62,21 @@ struct Problem {
 
 // Every rule that `problem` breaks, in the order of the fields above; empty if it is valid. Checks shapes (m is the
 // number of rows of A, n of M, neither 0), non-finite entries, T > 0, times out of order or outside (0, T), and
-// formulas that do not parse, a singular E. If all this is right, it also checks for formulas with a pole or without a
-// finite value in [0, T], for more than kMaxSwitchingTimes switching times, and for components of f and g without a
-// finite value at one of 257 equidistant times or on one side of a break point (naming the first such time).
+// formulas that do not parse, a singular E, outputs and measurements (core/problem/outputs.h). If all this is right, it
+// also checks for formulas with a pole or without a finite value in [0, T], for more than kMaxSwitchingTimes switching
+// times, and for components of f, g and h without a finite value at one of 257 equidistant times or on one side of a
+// break point (naming the first such time).
 //
 // Fields are named A B N M f g x0 T break_points selector.C selector.b E, with [row][column] or [component],
 // those inside f and g as core/problem/time_function.h says. At most 200 are listed; one more entry counts the rest.
 // Cost: that of AnalyzeFormulas(), 257 values of every component, and a factorization of E.
 std::vector<Violation> Validate(const Problem& problem);
 
-// The break points of the valid `problem`: those that it declares and those of f, g and their formulas, merged by
-// MergeBreakPoints().
+// The break points of the valid `problem`: those that it declares and those of f, g, h of the outputs and their
+// formulas, merged by MergeBreakPoints().
 std::vector<double> BreakPoints(const Problem& problem);
 TimeAxis AxisOf(const Problem& problem);
-// The warnings of the search for switching times of f and g, with field and formula.
+// The warnings of the search for switching times of f, g and h, with field and formula.
 std::vector<std::string> SourceWarnings(const Problem& problem);
 
 }  // namespace dlcs

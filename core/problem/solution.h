@@ -130,6 +130,14 @@ struct TrajectoryPiece {
   Matrix w;
 };
 
+// The value of a Measurement.
+struct MeasurementResult {
+  std::string name;
+  std::optional<double> value;  // absent where it does not occur
+  std::optional<double> time;   // of the minimum, the maximum, the value; the begin of the delay
+  std::string reason;           // why there is no value
+};
+
 // How x0, f and y were propagated to N x.
 struct PropagatorRecord {
   PropagatorKind used = PropagatorKind::kDense;
@@ -217,6 +225,10 @@ struct Solution {
   // splines), and for event_driven, whose polynomials are in `pieces`.
   std::optional<DenseOutput> dense_output;
   std::vector<TrajectoryPiece> pieces;  // one after the other from 0 on; with Options::keep_pieces
+
+  std::vector<MeasurementResult> measurements;  // those of the problem
+  // Outputs that reached their limits, one sentence each: the solve is no success.
+  std::vector<std::string> reached_limits;
 
   double step = 0;  // the longest step of the grid
   Accuracy accuracy;

@@ -82,7 +82,8 @@ Verdict JudgeSolution(const Solution& solution) {
     return verdict;
   }
   const bool known = accuracy.source != AccuracySource::kNotEstimated && !std::isnan(accuracy.error);
-  verdict.success = true;
+  verdict.success = solution.reached_limits.empty();
+  verdict.concerns = solution.reached_limits;
   AddConcerns(solution, verdict);
   if (!known) {
     verdict.kind = VerdictKind::kErrorUnknown;
@@ -92,6 +93,7 @@ Verdict JudgeSolution(const Solution& solution) {
       verdict.text += ", where " + FormatNumber(accuracy.tolerance) + " was aimed at";
       verdict.success = false;
     }
+    if (!solution.reached_limits.empty()) verdict.text = "reached T, not usable: error not estimated";
     return verdict;
   }
   const std::string estimated = "estimated error " + Figure(accuracy.error);

@@ -25,4 +25,6 @@ std::uint32_t TrajectoryCrc(const v1::TrajectoryChunk& chunk) { return Crc({&chu
 
 std::uint32_t TrajectoryWCrc(const v1::TrajectoryChunk& chunk) { return Crc({&chunk.w()}); }
 
+std::uint32_t TrajectoryOutputsCrc(const v1::TrajectoryChunk& chunk) { return Crc({&chunk.outputs()}); }
+
 }  // namespace dlcs

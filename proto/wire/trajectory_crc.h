@@ -8,9 +8,11 @@
 
 namespace dlcs {
 
-// CRC-32 (zlib's) of times, x and y as little-endian doubles, in this order: TrajectoryPage.crc32; and of w: w_crc32.
+// CRC-32 (zlib's) of times, x and y as little-endian doubles, in this order: TrajectoryPage.crc32; of w:
+// w_crc32; and of the outputs: outputs_crc32.
 std::uint32_t TrajectoryCrc(const v1::TrajectoryChunk& chunk);
 std::uint32_t TrajectoryWCrc(const v1::TrajectoryChunk& chunk);
+std::uint32_t TrajectoryOutputsCrc(const v1::TrajectoryChunk& chunk);
 
 }  // namespace dlcs
 

@@ -33,6 +33,11 @@ std::int64_t HeldBytes(const PreparedEnsemble& prepared, const SessionLimits& li
   return std::min(prepared.all_bytes, std::max(largest, allowed));
 }
 
+absl::StatusOr<std::optional<OutputEvaluator>> OutputsOfMember(const SoundEnsemble& ensemble, Index member) {
+  if (ensemble.base.outputs.shown() == 0) return std::optional<OutputEvaluator>();
+  return OutputsOf(MemberProblem(ensemble.base, ensemble.members[static_cast<std::size_t>(member)]));
+}
+
 void Count(const FinishedSolve& solve, v1::EnsembleSummary& summary) {
   const Verdict verdict = JudgeSolution(solve.solution());
   switch (solve.termination()) {
@@ -63,7 +68,7 @@ absl::StatusOr<PreparedEnsemble> PrepareEnsemble(const v1::SolveEnsembleRequest&
   Options& options = prepared.ensemble.options;
   const auto of_base = CountResultBytes(prepared.ensemble.base, options, limits);
   for (const EnsembleMember& member : prepared.ensemble.members) {
-    const bool has_own_times = member.f || member.g || member.horizon || member.break_points;
+    const bool has_own_times = member.f || member.g || member.h || member.horizon || member.break_points;
     const auto bytes =
         has_own_times ? CountResultBytes(MemberProblem(prepared.ensemble.base, member), options, limits) : of_base;
     if (!bytes.ok()) return bytes.status();
@@ -84,9 +89,13 @@ absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared
   if (setups == nullptr) setups = &own;
   const SetupCache::Statistics before = setups->statistics();
   v1::EnsembleSummary summary;
+  absl::Status outputs_status;
   const auto finished = [&](Index member, Solution solution) {
     AddNames(prepared.ensemble.names, solution);
-    FinishedSolve solve(std::move(solution), control.cause(), 1);
+    auto outputs = OutputsOfMember(prepared.ensemble, member);
+    outputs_status.Update(outputs.status());
+    if (!outputs.ok()) return;
+    FinishedSolve solve(std::move(solution), *std::move(outputs), control.cause(), 1);
     Count(solve, summary);
     sink.Finished(member, std::move(solve));
   };
@@ -96,6 +105,7 @@ absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared
   const absl::Status status =
       SolveEnsembleValidated(ensemble.base, ensemble.members, ensemble.options, finished, stop, setups, may_begin);
   if (!status.ok()) return FromEngine(status, "problem");
+  if (!outputs_status.ok()) return outputs_status;
 
   const auto members = static_cast<std::int64_t>(ensemble.members.size());
   summary.set_not_begun(members - summary.solved() - summary.reached() - summary.failed() - summary.stopped());

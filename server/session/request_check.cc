@@ -58,8 +58,11 @@ std::string PathOf(const std::string& field, const std::string& system) {
   const std::size_t end = std::min(field.find_first_of(".[:"), field.size());
   const std::string name = field.substr(0, end);
   if (!system.empty() && IsOption(name)) return "options." + field;
-  if (field.starts_with("selector.C")) return (system.empty() ? "" : system + ".") + "selector.c" + field.substr(10);
-  return (system.empty() ? "" : system + ".") + WireProblemName(name) + field.substr(end);
+  const std::string prefix = system.empty() ? "" : system + ".";
+  if (field.starts_with("selector.C")) return prefix + "selector.c" + field.substr(10);
+  if (field.starts_with("outputs.C")) return prefix + "outputs.c" + field.substr(9);
+  if (field.starts_with("outputs.D")) return prefix + "outputs.d" + field.substr(9);
+  return prefix + WireProblemName(name) + field.substr(end);
 }
 
 // Checks the declared shapes against the limits before anything is read: a sparse matrix of a few bytes may declare any
@@ -89,7 +92,8 @@ absl::Status CheckShapes(const v1::Problem& problem, const SessionLimits& limits
   for (const std::int64_t count :
        {ShapeOf(problem.a()).rows, ShapeOf(problem.a()).columns, ShapeOf(problem.e()).rows,
         ShapeOf(problem.e()).columns, ShapeOf(problem.b()).rows, ShapeOf(problem.n()).columns,
-        ShapeOf(problem.f().lift()).rows, ShapeOf(problem.f().lift()).columns, ShapeOf(problem.g().lift()).columns}) {
+        ShapeOf(problem.f().lift()).rows, ShapeOf(problem.f().lift()).columns, ShapeOf(problem.g().lift()).columns,
+        ShapeOf(problem.outputs().h().lift()).columns}) {
     check.States(count);
   }
   for (const std::int64_t count :
@@ -204,12 +208,17 @@ int AllowedThreads(int asked, const SessionLimits& limits) {
   return limits.max_threads > 0 && (asked == 0 || asked > limits.max_threads) ? limits.max_threads : asked;
 }
 
+Index NumbersPerTime(const std::variant<Problem, NonlinearProblem>& system) {
+  const auto* linear = std::get_if<Problem>(&system);
+  const Index outputs = linear != nullptr ? linear->outputs.shown() : 0;
+  return std::visit(
+      [&](const auto& problem) { return 1 + problem.num_states() + 2 * problem.num_constraints() + outputs; }, system);
+}
+
 absl::StatusOr<std::int64_t> CountResultBytes(const std::variant<Problem, NonlinearProblem>& system,
                                               const Options& options, const SessionLimits& limits) {
   const double steps = std::visit([&](const auto& problem) { return CountSteps(problem, options); }, system);
-  const auto doubles_per_time = std::visit(
-      [](const auto& problem) { return static_cast<double>(1 + problem.num_states() + 2 * problem.num_constraints()); },
-      system);
+  const auto doubles_per_time = static_cast<double>(NumbersPerTime(system));
   const bool outputs_alone = options.output_times_only && std::holds_alternative<Problem>(system);
   const double times = outputs_alone ? static_cast<double>(options.output_times.size()) : steps + 1;
   const double bytes = times * doubles_per_time * sizeof(double);

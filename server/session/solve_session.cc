@@ -24,8 +24,7 @@ using google::protobuf::util::TimeUtil;
 // TimeUtil::GetCurrentTime() knows whole seconds only.
 google::protobuf::Timestamp Now() {
   const auto since_epoch = std::chrono::system_clock::now().time_since_epoch();
-  return TimeUtil::MicrosecondsToTimestamp(
-      std::chrono::duration_cast<std::chrono::microseconds>(since_epoch).count());
+  return TimeUtil::MicrosecondsToTimestamp(std::chrono::duration_cast<std::chrono::microseconds>(since_epoch).count());
 }
 
 // A chunk of 1/4 MB stays in the L2 cache while it is made, serialized and sent, and the reader processes it while the
@@ -143,8 +142,16 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
   return prepared;
 }
 
-FinishedSolve::FinishedSolve(Solution solution, StopCause cause, std::int64_t next_sequence)
-    : solution_(std::move(solution)), cause_(cause), next_sequence_(next_sequence) {}
+FinishedSolve::FinishedSolve(Solution solution, std::optional<OutputEvaluator> outputs, StopCause cause,
+                             std::int64_t next_sequence)
+    : solution_(std::move(solution)), outputs_(std::move(outputs)), cause_(cause), next_sequence_(next_sequence) {}
+
+absl::StatusOr<std::optional<OutputEvaluator>> OutputsOf(const Problem& problem) {
+  if (problem.outputs.shown() == 0) return std::optional<OutputEvaluator>();
+  auto outputs = OutputEvaluator::Create(problem);
+  if (!outputs.ok()) return outputs.status();
+  return std::optional<OutputEvaluator>(*std::move(outputs));
+}
 
 v1::Termination FinishedSolve::termination() const {
   if (solution_.termination == Termination::kCancelled && cause_ == StopCause::kDeadline)
@@ -157,9 +164,9 @@ std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
   v1::SolveEvent event;
   const auto num_times = static_cast<Index>(solution_.times.size());
   if (next_time_ < num_times) {
-    const Index per_time = 1 + solution_.x.rows() + 2 * solution_.y.rows();
+    const Index per_time = 1 + solution_.x.rows() + 2 * solution_.y.rows() + (outputs_ ? outputs_->shown() : 0);
     const Index count = std::clamp<Index>(kMaxChunkDoubles / per_time, 1, num_times - next_time_);
-    *event.mutable_trajectory() = ChunkToProto(solution_, next_time_, count);
+    *event.mutable_trajectory() = ChunkToProto(solution_, next_time_, count, outputs_ ? &*outputs_ : nullptr);
     next_time_ += count;
   } else {
     v1::Summary& summary = *event.mutable_summary();
@@ -185,7 +192,10 @@ absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std:
       prepared.system);
   if (!solution.ok()) return FromEngine(solution.status(), prepared.system);
   AddNames(prepared.names, *solution);
-  return FinishedSolve(*std::move(solution), control.cause(), writer.next_sequence());
+  absl::StatusOr<std::optional<OutputEvaluator>> outputs = std::optional<OutputEvaluator>();
+  if (const auto* linear = std::get_if<Problem>(&prepared.system)) outputs = OutputsOf(*linear);
+  if (!outputs.ok()) return outputs.status();
+  return FinishedSolve(*std::move(solution), *std::move(outputs), control.cause(), writer.next_sequence());
 }
 
 absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits, const std::string& solve_id,

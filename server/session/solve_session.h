@@ -16,6 +16,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/outputs/output_evaluator.h"
 #include "core/problem/nonlinear_problem.h"
 #include "core/problem/options.h"
 #include "core/problem/problem.h"
@@ -75,7 +76,7 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
 class FinishedSolve {
  public:
   // `next_sequence` continues the numbers of the events that the sink received.
-  FinishedSolve(Solution solution, StopCause cause, std::int64_t next_sequence);
+  FinishedSolve(Solution solution, std::optional<OutputEvaluator> outputs, StopCause cause, std::int64_t next_sequence);
 
   // The chunks in order, then the summary, then nothing. O(1 MB) per call.
   std::optional<v1::SolveEvent> NextEvent();
@@ -86,11 +87,16 @@ class FinishedSolve {
 
  private:
   Solution solution_;
+  std::optional<OutputEvaluator> outputs_;
   StopCause cause_;
   std::int64_t next_sequence_;
   Index next_time_ = 0;
   bool summary_made_ = false;
 };
+
+// What evaluates the outputs of `problem` in trajectories; nothing where it has none. Errors: those of
+// OutputEvaluator::Create().
+absl::StatusOr<std::optional<OutputEvaluator>> OutputsOf(const Problem& problem);
 
 // The peak memory of this process so far.
 double PeakResidentBytes();

@@ -39,12 +39,14 @@ class RunObserver final : public Observer {
  public:
   // Columns below `stored` of the trajectory are in the store; `resumed` if this attempt resumes. `share`: the part of
   // the work up to the end of the trajectory.
-  RunObserver(jobs::JobRun& run, double horizon, double share, const ComponentNames& names, Index stored, bool resumed,
+  RunObserver(jobs::JobRun& run, double horizon, double share, const ComponentNames& names,
+              std::optional<OutputEvaluator> outputs, Index stored, bool resumed,
               std::chrono::milliseconds checkpoint_every)
       : run_(run),
         horizon_(horizon),
         share_(share),
         names_(names),
+        outputs_(std::move(outputs)),
         stored_(stored),
         resumed_(resumed),
         checkpoint_every_(checkpoint_every) {}
@@ -87,11 +89,11 @@ class RunObserver final : public Observer {
   // Stores the columns of `solution` below `end` that are not stored yet, in chunks; `state` is the state after the
   // last of them.
   void Store(const Solution& solution, Index end, double time, const std::optional<std::string>& state) {
-    const Index per_chunk = MostTimesInChunk(solution.x.rows(), solution.y.rows());
+    const Index per_chunk = MostTimesInChunk(solution.x.rows(), solution.y.rows(), outputs_ ? outputs_->shown() : 0);
     do {
       const Index count = std::clamp<Index>(end - stored_, 0, per_chunk);
       v1::TrajectoryChunk chunk;
-      if (count > 0) chunk = ChunkToProto(solution, stored_, count);
+      if (count > 0) chunk = ChunkToProto(solution, stored_, count, outputs_ ? &*outputs_ : nullptr);
       chunk.set_first(stored_);
       stored_ += count;
       const bool is_last = stored_ >= end;
@@ -142,6 +144,7 @@ class RunObserver final : public Observer {
   const double horizon_;
   double share_;
   const ComponentNames& names_;
+  std::optional<OutputEvaluator> outputs_;
   Index stored_;
   double reached_ = 0;  // in the time of the problem
   const bool resumed_;
@@ -169,8 +172,7 @@ bool WillCompare(const Options& options) {
 constexpr double kShareOfComparedSolve = 1 / 1.75;
 
 double CountSteps(const PreparedSolve& prepared) {
-  const double bytes_per_time =
-      sizeof(double) * static_cast<double>(1 + prepared.num_states() + 2 * prepared.num_constraints());
+  const double bytes_per_time = sizeof(double) * static_cast<double>(NumbersPerTime(prepared.system));
   const Options& options = prepared.options;
   const double horizon = std::visit([](const auto& problem) { return problem.horizon; }, prepared.system);
   const double compared = WillCompare(options) ? 1 / kShareOfComparedSolve : 1;
@@ -230,7 +232,11 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
 
   const double horizon = std::visit([](const auto& problem) { return problem.horizon; }, prepared->system);
   const double share = WillCompare(prepared->options) ? kShareOfComparedSolve : 1;
-  RunObserver observer(run, horizon, share, prepared->names, stored, state.has_value(), checkpoint_every_);
+  absl::StatusOr<std::optional<OutputEvaluator>> outputs = std::optional<OutputEvaluator>();
+  if (const auto* linear = std::get_if<Problem>(&prepared->system)) outputs = OutputsOf(*linear);
+  if (!outputs.ok()) return {outputs.status(), ""};
+  RunObserver observer(run, horizon, share, prepared->names, *std::move(outputs), stored, state.has_value(),
+                       checkpoint_every_);
   absl::StatusOr<Solution> solution = absl::UnknownError("");
   if (const auto* problem = std::get_if<Problem>(&prepared->system)) {
     solution = SolveValidated(*problem, prepared->options, observer, run.stop(), setups_, state ? &point : nullptr);

@@ -29,8 +29,8 @@ bool Parse(const jobs::Chunk& part, v1::TrajectoryChunk& chunk) {
   const int times = chunk.times_size();
   // A part that an earlier version stored holds no w.
   const bool w_fits = chunk.w_size() == chunk.y_size() || chunk.w_size() == 0;
-  return w_fits && (times > 0 ? chunk.x_size() % times == 0 && chunk.y_size() % times == 0
-                              : chunk.x_size() == 0 && chunk.y_size() == 0);
+  const auto fits = [times](const Values& values) { return times > 0 ? values.size() % times == 0 : values.empty(); };
+  return w_fits && fits(chunk.x()) && fits(chunk.y()) && fits(chunk.outputs());
 }
 
 // Appends components `wanted` (all where it is empty) of `size` values from `source` on.
@@ -50,8 +50,8 @@ absl::Status CheckComponents(const char* field, const google::protobuf::Repeated
 
 }  // namespace
 
-Index MostTimesInChunk(Index states, Index constraints) {
-  return std::max<Index>(kMaxChunkDoubles / (1 + states + 2 * constraints), 1);
+Index MostTimesInChunk(Index states, Index constraints, Index outputs) {
+  return std::max<Index>(kMaxChunkDoubles / (1 + states + 2 * constraints + outputs), 1);
 }
 
 absl::StatusOr<StoredTrajectory> ReadStoredTrajectory(jobs::JobStore& store, const jobs::JobId& id, std::int64_t parts,
@@ -99,9 +99,13 @@ absl::StatusOr<TrajectoryReader> TrajectoryReader::Create(jobs::JobStore& store,
 absl::StatusOr<v1::TrajectoryChunk> TrajectoryReader::Select(const v1::TrajectoryChunk& chunk) const {
   v1::TrajectoryChunk selected;
   if (chunk.times().empty()) return selected;
-  const int m = chunk.x_size() / chunk.times_size(), n = chunk.y_size() / chunk.times_size();
+  const int m = chunk.x_size() / chunk.times_size(), n = chunk.y_size() / chunk.times_size(),
+            p = chunk.outputs_size() / chunk.times_size();
   if (absl::Status status = CheckComponents("x_components", request_.x_components(), m); !status.ok()) return status;
   if (absl::Status status = CheckComponents("y_components", request_.y_components(), n); !status.ok()) return status;
+  if (absl::Status status = CheckComponents("output_components", request_.output_components(), p); !status.ok()) {
+    return status;
+  }
   const std::int64_t stride = std::max<std::int64_t>(request_.stride(), 1);
   const auto is_wanted = [&](std::int64_t index) {
     const double time = chunk.times(static_cast<int>(index - chunk.first()));
@@ -119,14 +123,20 @@ absl::StatusOr<v1::TrajectoryChunk> TrajectoryReader::Select(const v1::Trajector
       Take(chunk.y().data() + std::ptrdiff_t{k} * n, n, request_.y_components(), *selected.mutable_y());
     if (!request_.omit_w() && !chunk.w().empty())
       Take(chunk.w().data() + std::ptrdiff_t{k} * n, n, request_.y_components(), *selected.mutable_w());
+    if (!request_.omit_outputs())
+      Take(chunk.outputs().data() + std::ptrdiff_t{k} * p, p, request_.output_components(),
+           *selected.mutable_outputs());
   }
   for (const v1::LeftLimit& limit : chunk.left_limits()) {
-    if ((request_.omit_y() && request_.omit_w()) || !is_wanted(limit.index())) continue;
+    const bool has_nothing = request_.omit_y() && request_.omit_w() && (request_.omit_outputs() || p == 0);
+    if (has_nothing || !is_wanted(limit.index())) continue;
     v1::LeftLimit& kept = *selected.add_left_limits();
     kept.set_index(limit.index());
     if (!request_.omit_y()) Take(limit.y().data(), limit.y_size(), request_.y_components(), *kept.mutable_y());
     if (!request_.omit_w() && !limit.w().empty())
       Take(limit.w().data(), limit.w_size(), request_.y_components(), *kept.mutable_w());
+    if (!request_.omit_outputs() && !limit.outputs().empty())
+      Take(limit.outputs().data(), limit.outputs_size(), request_.output_components(), *kept.mutable_outputs());
   }
   return selected;
 }
@@ -149,6 +159,7 @@ absl::StatusOr<std::optional<v1::TrajectoryPage>> TrajectoryReader::Next() {
       page.set_resume_token(std::to_string(next_part_));
       page.set_crc32(TrajectoryCrc(page.chunk()));
       page.set_w_crc32(TrajectoryWCrc(page.chunk()));
+      page.set_outputs_crc32(TrajectoryOutputsCrc(page.chunk()));
       page.set_complete(!may_grow);
       ended_ = true;
       return page;
@@ -163,6 +174,7 @@ absl::StatusOr<std::optional<v1::TrajectoryPage>> TrajectoryReader::Next() {
     *page.mutable_chunk() = *std::move(selected);
     page.set_crc32(TrajectoryCrc(page.chunk()));
     page.set_w_crc32(TrajectoryWCrc(page.chunk()));
+    page.set_outputs_crc32(TrajectoryOutputsCrc(page.chunk()));
     page.set_resume_token(std::to_string(next_part_));
     return page;
   }

@@ -17,7 +17,7 @@
 namespace dlcs {
 
 // The largest number of times for which a chunk stays below 1 MB; at least one.
-Index MostTimesInChunk(Index states, Index constraints);
+Index MostTimesInChunk(Index states, Index constraints, Index outputs);
 
 struct StoredTrajectory {
   Matrix x;  // m × times

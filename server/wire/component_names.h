@@ -4,6 +4,7 @@
 #ifndef DLCS_SERVER_WIRE_COMPONENT_NAMES_H_
 #define DLCS_SERVER_WIRE_COMPONENT_NAMES_H_
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <string>
@@ -19,8 +20,9 @@ namespace dlcs {
 using FormulaParameters = std::map<std::string, double, std::less<>>;
 
 struct ComponentNames {
-  std::vector<std::string> states;  // of all, or none
-  std::vector<std::string> pairs;   // likewise
+  std::vector<std::string> states;        // of all, or none
+  std::vector<std::string> pairs;         // likewise
+  std::vector<std::string> outputs = {};  // of those that are not hidden
 
   bool empty() const { return states.empty() && pairs.empty(); }
 };
@@ -28,14 +30,23 @@ struct ComponentNames {
 // For the v1::Problem or v1::NonlinearProblem that has them.
 template <typename System>
 ComponentNames NamesOf(const System& system) {
-  return {{system.state_names().begin(), system.state_names().end()},
-          {system.pair_names().begin(), system.pair_names().end()}};
+  ComponentNames names{{system.state_names().begin(), system.state_names().end()},
+                       {system.pair_names().begin(), system.pair_names().end()}};
+  if constexpr (requires { system.outputs(); }) {
+    const auto& all = system.outputs().names();
+    const int shown = std::clamp(all.size() - system.outputs().hidden(), 0, all.size());
+    names.outputs.assign(all.begin(), all.begin() + shown);
+  }
+  return names;
 }
-// Sets the fields state_names and pair_names of `message`.
+// Sets the fields state_names and pair_names of `message`, and output_names if it has them.
 template <typename Message>
 void SetNames(const ComponentNames& names, Message& message) {
   message.mutable_state_names()->Add(names.states.begin(), names.states.end());
   message.mutable_pair_names()->Add(names.pairs.begin(), names.pairs.end());
+  if constexpr (requires { message.mutable_output_names(); }) {
+    message.mutable_output_names()->Add(names.outputs.begin(), names.outputs.end());
+  }
 }
 
 // The parameters by their names. Appends to `violations`, as parameters.NAME, invalid and duplicate names, and values

@@ -106,8 +106,13 @@ void CheckSharedMatrices(const v1::Problem& base, const FormulaParameters& befor
     }
     return false;
   };
-  for (const auto& [name, matrix] :
-       {std::pair("A", &base.a()), {"B", &base.b()}, {"N", &base.n()}, {"M", &base.m()}, {"E", &base.e()}}) {
+  for (const auto& [name, matrix] : {std::pair("A", &base.a()),
+                                     {"B", &base.b()},
+                                     {"N", &base.n()},
+                                     {"M", &base.m()},
+                                     {"E", &base.e()},
+                                     {"outputs.C", &base.outputs().c()},
+                                     {"outputs.D", &base.outputs().d()}}) {
     if (!differs(matrix->dense().formulas()) && !differs(matrix->sparse().formulas())) continue;
     violations.push_back(
         {field, fmt::format("change {}, which all members of an ensemble share; solve them one by one", name)});
@@ -191,6 +196,11 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
   if (problem.has_e()) result.E = StructuredMatrixFromProto(problem.e(), "E", violations, &parameters);
   if (problem.has_selector())
     result.selector = SelectorFromProto(problem.selector(), DeclaredRows(problem.m()), violations);
+  if (problem.has_outputs()) {
+    result.outputs = OutputsFromProto(problem.outputs(), DeclaredRows(problem.a()), DeclaredRows(problem.m()),
+                                      violations, parameters);
+  }
+  result.measurements = MeasurementsFromProto(problem.measurements(), violations);
   return result;
 }
 
@@ -207,6 +217,10 @@ EnsembleMember MemberFromProto(const v1::EnsembleMember& member, const v1::Probl
     CheckSharedMatrices(base, before, parameters, field + ".parameters", violations);
     if (HasFormulas(base.f())) result.f = TimeFunctionFromProto(base.f(), m, "f", of_base, parameters);
     if (HasFormulas(base.g())) result.g = TimeFunctionFromProto(base.g(), n, "g", of_base, parameters);
+    if (HasFormulas(base.outputs().h())) {
+      result.h =
+          TimeFunctionFromProto(base.outputs().h(), base.outputs().names_size(), "outputs.h", of_base, parameters);
+    }
   }
   if (!member.x0().empty()) result.x0 = VectorFromProto(member.x0());
   if (member.has_f()) result.f = TimeFunctionFromProto(member.f(), m, field + ".f", violations, parameters);
@@ -280,6 +294,8 @@ v1::Problem ToProto(const Problem& problem) {
     Append(problem.selector->b, *result.mutable_selector()->mutable_b());
   }
   if (problem.has_mass()) *result.mutable_e() = ToProto(problem.E);
+  if (problem.outputs.size() > 0) *result.mutable_outputs() = ToProto(problem.outputs);
+  for (const Measurement& measurement : problem.measurements) *result.add_measurements() = ToProto(measurement);
   return result;
 }
 

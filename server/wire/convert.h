@@ -19,6 +19,7 @@
 #include "core/ensemble.h"
 #include "core/lcp/dynamic_lcp.h"
 #include "core/lcp/lcp.h"
+#include "core/outputs/output_evaluator.h"
 #include "core/problem/nonlinear_problem.h"
 #include "core/problem/observer.h"
 #include "core/problem/options.h"
@@ -43,9 +44,14 @@ TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size,
 SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violations);
 // Of LCPs with n pairs.
 Selector SelectorFromProto(const v1::Selector& selector, Index n, std::vector<Violation>& violations);
+// Of a problem with m states and n pairs.
+Outputs OutputsFromProto(const v1::Outputs& outputs, Index m, Index n, std::vector<Violation>& violations,
+                         const FormulaParameters& parameters);
+std::vector<Measurement> MeasurementsFromProto(const google::protobuf::RepeatedPtrField<v1::Measurement>& measurements,
+                                               std::vector<Violation>& violations);
 Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& violations);
-// A member of an ensemble of `base`. Where it has parameters of its own, f and g of the base that are formulas become
-// its own.
+// A member of an ensemble of `base`. Where it has parameters of its own, f, g and h of the base that are formulas
+// become its own.
 EnsembleMember MemberFromProto(const v1::EnsembleMember& member, const v1::Problem& base, const std::string& field,
                                std::vector<Violation>& violations);
 NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem, std::vector<Violation>& violations);
@@ -56,6 +62,9 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
 v1::Matrix ToProto(const Matrix& matrix);
 v1::Matrix ToProto(const StructuredMatrix& matrix);
 v1::TimeFunction ToProto(const TimeFunction& function);
+v1::Outputs ToProto(const Outputs& outputs);
+v1::Measurement ToProto(const Measurement& measurement);
+v1::MeasurementResult ToProto(const MeasurementResult& measured);
 v1::Problem ToProto(const Problem& problem);
 v1::SolveOptions ToProto(const Options& options);
 v1::Method ToProto(Method method);
@@ -77,8 +86,9 @@ v1::Finding ToProto(const Finding& finding);
 v1::AnalysisSection ToProto(const AnalysisSection& section);
 v1::AnalyzeProblemResponse ToProto(const Analysis& analysis);
 
-// Times `first` to `first + count - 1` of the trajectory.
-v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index count);
+// Times `first` to `first + count - 1` of the trajectory, with `outputs` if they are not null.
+v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index count,
+                                 OutputEvaluator* outputs = nullptr);
 // Everything but the trajectory.
 v1::Summary SummaryToProto(const Solution& solution);
 

@@ -251,13 +251,22 @@ v1::WindowFinished ToProto(const WindowOutcome& outcome) {
   return result;
 }
 
-v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index count) {
+v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index count, OutputEvaluator* outputs) {
   v1::TrajectoryChunk result;
   result.set_first(first);
   result.mutable_times()->Add(solution.times.begin() + first, solution.times.begin() + first + count);
   Append(solution.x.middleCols(first, count), *result.mutable_x());
   Append(solution.y.middleCols(first, count), *result.mutable_y());
   Append(solution.w.middleCols(first, count), *result.mutable_w());
+  if (outputs != nullptr) {
+    Append(outputs->Columns(solution, first, count), *result.mutable_outputs());
+    for (const OutputEvaluator::Limit& limit : outputs->LeftLimits(solution, first, count)) {
+      v1::LeftLimit& out = *result.add_left_limits();
+      out = ToProto(limit.of_solution);
+      Append(limit.outputs, *out.mutable_outputs());
+    }
+    return result;
+  }
   for (const LeftLimit& limit : solution.left_limits) {
     if (limit.column >= first && limit.column < first + count) *result.add_left_limits() = ToProto(limit);
   }
@@ -293,6 +302,7 @@ v1::Summary SummaryToProto(const Solution& solution) {
     *result.add_switching_times() = ToProto(switching);
   }
   *result.mutable_propagator() = ToProto(solution.propagator);
+  for (const MeasurementResult& measured : solution.measurements) *result.add_measurements() = ToProto(measured);
   return result;
 }
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// SPICE decks, as `dlcs netlist` reads them: a deck that is accepted makes a problem file, with outputs that can be
-// read again.
+// SPICE decks, as `dlcs netlist` reads them: a deck that is accepted makes a problem file that can be read again, with
+// its outputs and measurements.
 
 #include "client/files/problem_file.h"
-#include "client/netlist/circuit_outputs.h"
 #include "client/netlist/netlist.h"
 #include "tests/fuzz/fuzz_target.h"
 
@@ -15,7 +14,8 @@ void TryDeck(const std::string& input) {
   if (!netlist.ok()) return;
   const auto file = client::ParseProblem(client::NetlistJson(*netlist).dump(), "made");
   Require(file.ok(), "a deck makes a problem file");
-  Require(client::OutputsFromJson(file->outputs, "made").ok(), "the outputs of a deck can be read");
+  Require(file->problem.outputs().names_size() == netlist->problem.outputs().names_size(), "outputs are kept");
+  Require(file->problem.measurements_size() == netlist->problem.measurements_size(), "measurements are kept");
 }
 
 }  // namespace dlcs::fuzz

@@ -164,6 +164,67 @@ class SolveTest(unittest.TestCase):
         self.assertTrue(run.solution.success)
 
 
+DECK = """a resistor charges a capacitor
+V1 in 0 10
+R1 in out 1k
+C1 out 0 1u IC=0
+.tran 1u 4m uic
+.print tran v(out) {v(in)-v(out)}
+.meas tran t63 WHEN V(out)=5
+.meas tran never WHEN V(out)=11
+"""
+
+
+class OutputsTest(unittest.TestCase):
+    def test_outputs_have_names_and_limits_from_both_sides(self):
+        outputs = {"sum": ([1, 1], [0, 0, 0, 1]), "wave": (None, None, "3*(t<0.5)+t")}
+        sol = dlcs.solve(**FOUR_ONE, f=["1.2*sin(10*t)", "0"], outputs=outputs)
+        self.assertEqual(list(sol.outputs), ["sum", "wave"])
+        np.testing.assert_allclose(sol.outputs["sum"], sol.x.sum(axis=0) + sol.y[3], atol=1e-12)
+        np.testing.assert_allclose(sol.outputs["wave"], 3 * (sol.t < 0.5) + sol.t)
+        self.assertIn(0.5, [time for time, _, _ in sol.left_limits])
+        self.assertEqual(dlcs.solve(**FOUR_ONE).outputs, {})
+
+    def test_wrong_outputs_are_refused_by_name(self):
+        for outputs, words in (
+            ({"a": ([1],)}, "row of 1; must have 2"),
+            ({"a": 3}, "must be \\(row over x"),
+            (["a"], "must be a dictionary"),
+            ({"": ([1, 1],)}, "outputs.names"),
+            ({"a": (None, None, "t+")}, "outputs"),
+        ):
+            with self.assertRaisesRegex(dlcs.InvalidArgument, words):
+                dlcs.solve(**FOUR_ONE, outputs=outputs)
+
+    def test_a_deck_is_a_problem(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "-charger.cir"
+            path.write_text(DECK)
+            problem = dlcs.read_deck(path, dlcs=DLCS)
+            self.assertIn("a resistor charges", repr(problem))
+            sol = dlcs.solve(problem, tol=1e-9, t_eval=[0.001, 0.004])
+            np.testing.assert_allclose(sol.outputs["v(out)"], 10 * (1 - np.exp([-1, -4])), rtol=1e-8)
+            np.testing.assert_allclose(sol.outputs["{v(in)-v(out)}"], 10 * np.exp([-1, -4]), rtol=1e-8)
+            self.assertAlmostEqual(sol.measurements["t63"] / (1e-3 * math.log(2)), 1, delta=1e-8)
+            self.assertIsNone(sol.measurements["never"])
+            self.assertRegex(sol.summary.measurements[1].reason, "at no time")
+            with self.assertRaisesRegex(dlcs.InvalidArgument, "x0: is part of the problem"):
+                dlcs.solve(problem, x0=[0])
+            os.chdir(folder)
+            self.assertEqual(dlcs.read_deck("-charger.cir", dlcs=DLCS).message, problem.message)
+
+    def test_a_deck_with_a_fault_names_file_line_and_column(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "bad.cir"
+            path.write_text("title\nR1 a 0 4k7\n.tran 1u 1m\n")
+            with self.assertRaisesRegex(dlcs.InvalidArgument, 'bad.cir:2:8: .*"4k7" is no number'):
+                dlcs.read_deck(path, dlcs=DLCS)
+            with self.assertRaisesRegex(dlcs.InvalidArgument, "no-such-deck.cir"):
+                dlcs.read_deck(f"{folder}/no-such-deck.cir", dlcs=DLCS)
+        with self.assertRaisesRegex(dlcs.Unavailable, "no-such-dlcs is not a program"):
+            dlcs.read_deck("a.cir", dlcs="no-such-dlcs")
+
+
 class BitsTest(unittest.TestCase):
     def test_are_those_of_the_command_line(self):
         for name in ("example-4.1", "rectifier", "four-variables"):
@@ -230,6 +291,19 @@ class JobsTest(unittest.TestCase):
             with self.assertRaises(dlcs.NotFound):
                 client.job(name)
             self.assertGreater(client.capabilities().max_states, 0)
+
+    def test_a_job_keeps_outputs_and_measurements(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "charger.cir"
+            path.write_text(DECK)
+            problem = dlcs.read_deck(path, dlcs=DLCS)
+        with dlcs.Client(self.address) as client:
+            direct = client.solve(problem, steps=1000)
+            job = client.result(client.submit(problem, steps=1000))
+            self.assertEqual(list(job.outputs), ["v(out)", "{v(in)-v(out)}"])
+            for name, values in direct.outputs.items():
+                np.testing.assert_array_equal(job.outputs[name], values)
+            self.assertEqual(job.measurements, direct.measurements)
 
     def test_asyncio_has_the_same_calls(self):
         problem = FOUR_ONE | {"f": ["1.2*sin(10*t)", "0"], "tol": 1e-8}

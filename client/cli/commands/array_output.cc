@@ -19,7 +19,7 @@ bool IsOfArrays(OutputFormat format) { return format >= OutputFormat::kNpy; }
 std::optional<NamedFormat> FormatByEnding(const std::string& path) {
   std::string ending = std::filesystem::path(path).extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  constexpr std::array<std::pair<std::string_view, NamedFormat>, 7> kEndings = {{
+  constexpr std::array<std::pair<std::string_view, NamedFormat>, 8> kEndings = {{
       {".csv", {"csv", OutputFormat::kCsv}},
       {".json", {"json", OutputFormat::kJson}},
       {".npy", {"npy", OutputFormat::kNpy}},
@@ -27,6 +27,7 @@ std::optional<NamedFormat> FormatByEnding(const std::string& path) {
       {".h5", {"hdf5", OutputFormat::kHdf5}},
       {".hdf5", {"hdf5", OutputFormat::kHdf5}},
       {".mat", {"mat", OutputFormat::kMat}},
+      {".raw", {"raw", OutputFormat::kRaw}},
   }};
   for (const auto& [known, format] : kEndings) {
     if (ending == known) return format;
@@ -44,6 +45,8 @@ absl::Status WriteArrays(OutputFormat format, const std::string& title, const So
       return WriteHdf5(title, result, out);
     case OutputFormat::kMat:
       return WriteMat(title, result, out);
+    case OutputFormat::kRaw:
+      return WriteRaw(title, result, out);
     case OutputFormat::kTable:
     case OutputFormat::kJson:
     case OutputFormat::kCsv:

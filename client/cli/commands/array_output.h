@@ -14,10 +14,10 @@
 
 namespace dlcs::client {
 
-// Whether it is one of .npy, .npz, HDF5 and .mat.
+// Whether it is one of .npy, .npz, HDF5, .mat and the raw file of SPICE.
 bool IsOfArrays(OutputFormat format);
 
-// The format that the ending of `path` names: .csv, .json, .npy, .npz, .h5, .hdf5, .mat, in small or large letters.
+// The format that the ending of `path` names, in small or large letters: .csv, .json, .npy, .npz, .h5, .hdf5, .mat, .raw.
 struct NamedFormat {
   const char* word;  // of --format
   OutputFormat format;

@@ -21,7 +21,7 @@ namespace dlcs::client {
 inline constexpr const char* kDefaultServer = "localhost:50051";
 
 // From kNpy on for trajectories alone, in a file.
-enum class OutputFormat { kTable, kJson, kCsv, kName, kNpy, kNpz, kHdf5, kMat };
+enum class OutputFormat { kTable, kJson, kCsv, kName, kNpy, kNpz, kHdf5, kMat, kRaw };
 
 struct SolveCommand {
   std::string problem_path;              // "-" is standard input
@@ -82,7 +82,8 @@ struct ModelCommand {
 struct NetlistCommand {
   std::string path;  // "-" is standard input
   DeckOptions options;
-  std::string output;  // empty is standard output
+  std::string output;    // empty is standard output
+  bool message = false;  // the ProblemBody of the contract, serialized, instead of a problem file
   bool quiet = false;
 };
 

@@ -3,6 +3,7 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iostream>
@@ -16,6 +17,24 @@
 
 namespace dlcs::client {
 namespace {
+
+// Moves the outputs by name into the trajectory, in the order of the analysis, where drawing expects them.
+void TakeOutputs(v1::SolveResult& result) {
+  v1::TrajectoryChunk& trajectory = *result.mutable_trajectory();
+  google::protobuf::RepeatedPtrField<std::string> names;
+  names.Swap(result.mutable_analysis()->mutable_output_names());
+  for (std::string& name : names) {
+    const auto values = result.outputs().find(name);
+    if (values == result.outputs().end() || values->second.values_size() != trajectory.times_size()) continue;
+    result.mutable_analysis()->add_output_names(std::move(name));
+  }
+  for (int k = 0; k < trajectory.times_size(); ++k) {
+    for (const std::string& name : result.analysis().output_names()) {
+      const google::protobuf::Value& value = result.outputs().at(name).values(k);
+      trajectory.add_outputs(value.has_number_value() ? value.number_value() : std::nan(""));
+    }
+  }
+}
 
 absl::StatusOr<v1::SolveResult> ReadResult(const std::string& path) {
   std::ifstream file;
@@ -34,6 +53,7 @@ absl::StatusOr<v1::SolveResult> ReadResult(const std::string& path) {
     return absl::InvalidArgumentError(fmt::format("{}: is not the JSON that \"dlcs solve --format json\" prints: {}",
                                                   path, message.substr(0, message.find('\n'))));
   }
+  TakeOutputs(result);
   return result;
 }
 

@@ -60,11 +60,6 @@ absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const S
   if (IsDeck(*text, path)) return std::move(input).ReadDeckText(*text, path, rule);
   absl::StatusOr<ProblemFile> file = ParseProblem(*text, SourceName(path), SayTheSame);
   if (!file.ok()) return file.status();
-  if (!file->outputs.is_null()) {
-    auto outputs = OutputsFromJson(file->outputs, SourceName(path));
-    if (!outputs.ok()) return outputs.status();
-    input.outputs_ = *std::move(outputs);
-  }
   if (file->nonlinear && rule) {
     return absl::InvalidArgumentError("--rule: a nonlinear problem takes the rule that its g implies");
   }
@@ -81,7 +76,6 @@ absl::StatusOr<ProblemInput> ProblemInput::ReadDeckText(const std::string& text,
   source_ = SourceName(path);
   file_.problem = std::move(netlist->problem);
   file_.name = std::move(netlist->title);
-  outputs_ = std::move(netlist->outputs);
   notes_ = std::move(netlist->notes);
   if (rule) file_.problem.set_rule(*rule);
   return std::move(*this);

@@ -13,7 +13,6 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/server_target.h"
 #include "client/files/problem_file.h"
-#include "client/netlist/circuit_outputs.h"
 #include "client/result/backend.h"
 #include "dlcs/v1/problems.pb.h"
 #include "dlcs/v1/solver.pb.h"
@@ -33,8 +32,6 @@ class ProblemInput {
   // ProblemClient::Get().
   absl::Status FetchUploaded(const CallLimits& limits);
 
-  // Outputs of a circuit: of a deck, or of the problem file that `dlcs netlist` made of one.
-  const std::optional<NamedOutputs>& outputs() const { return outputs_; }
   // Prints on standard error what was ignored or assumed when a deck was read.
   void PrintNotes() const;
 
@@ -63,7 +60,6 @@ class ProblemInput {
   ProblemFile file_;
   std::string name_;  // empty where it is a file
   ServerTarget server_;
-  std::optional<NamedOutputs> outputs_;
   std::vector<std::string> notes_;
   v1::StoredProblem about_;  // of an uploaded problem, after FetchUploaded()
 };

@@ -34,6 +34,7 @@ void Append(const v1::TrajectoryChunk& chunk, std::int64_t stride, SolveResult& 
   result.x.insert(result.x.end(), chunk.x().begin(), chunk.x().end());
   result.y.insert(result.y.end(), chunk.y().begin(), chunk.y().end());
   result.w.insert(result.w.end(), chunk.w().begin(), chunk.w().end());
+  result.outputs.insert(result.outputs.end(), chunk.outputs().begin(), chunk.outputs().end());
   for (v1::LeftLimit limit : chunk.left_limits()) {
     // Counted in what is printed.
     limit.set_index(at + (limit.index() - chunk.first()) / stride);
@@ -85,6 +86,7 @@ class Nearest {
     copy(chunk.x(), *column.mutable_x());
     copy(chunk.y(), *column.mutable_y());
     copy(chunk.w(), *column.mutable_w());
+    copy(chunk.outputs(), *column.mutable_outputs());
     for (const v1::LeftLimit& limit : chunk.left_limits()) {
       if (limit.index() == chunk.first() + k) *column.add_left_limits() = limit;
     }
@@ -104,12 +106,14 @@ void Thin(SolveResult& result) {
   few.x.clear();
   few.y.clear();
   few.w.clear();
+  few.outputs.clear();
   for (std::size_t k = 0; k < kTableRows; ++k) {
     const std::size_t row = k * (times - 1) / (kTableRows - 1);
     few.times.push_back(result.times[row]);
     few.x.insert(few.x.end(), result.x_at(row).begin(), result.x_at(row).end());
     few.y.insert(few.y.end(), result.y_at(row).begin(), result.y_at(row).end());
     few.w.insert(few.w.end(), result.w_at(row).begin(), result.w_at(row).end());
+    few.outputs.insert(few.outputs.end(), result.outputs_at(row).begin(), result.outputs_at(row).end());
   }
   result = std::move(few);
 }

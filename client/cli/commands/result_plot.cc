@@ -46,12 +46,15 @@ std::string Quoted(std::string_view text) {
   return result + "'";
 }
 
-// One time with its x, y and w, which the result owns.
+// Stands for the outputs where x, y and w are letters.
+constexpr char kOutputs = 'z';
+
+// One time with its x, y, w and outputs, which the result owns.
 struct Row {
   double t;
-  const double *x, *y, *w;
+  const double *x, *y, *w, *z;
 
-  double value(char letter, int i) const { return (letter == 'x' ? x : letter == 'y' ? y : w)[i]; }
+  double value(char letter, int i) const { return (letter == 'x' ? x : letter == 'y' ? y : letter == 'w' ? w : z)[i]; }
 };
 
 // The trajectory of a result, which it must outlive.
@@ -61,15 +64,18 @@ class Trajectory {
     const int times = chunk_.times_size();
     states_ = chunk_.x_size() / times;
     pairs_ = chunk_.y_size() / times;
+    outputs_ = chunk_.outputs_size() / times;
     has_w_ = chunk_.w_size() == chunk_.y_size();
   }
 
   int states() const { return states_; }
   int pairs() const { return pairs_; }
+  int outputs() const { return outputs_; }
   bool has_w() const { return has_w_; }
   bool fits() const {
     const int times = chunk_.times_size();
-    return chunk_.x_size() == times * states_ && chunk_.y_size() == times * pairs_;
+    return chunk_.x_size() == times * states_ && chunk_.y_size() == times * pairs_ &&
+           chunk_.outputs_size() == times * outputs_;
   }
 
   // For curves over time. Where y jumps there are two rows, the left limit first.
@@ -82,7 +88,8 @@ class Trajectory {
       const bool jumps = limit != chunk_.left_limits().end() && limit->index() == chunk_.first() + k;
       if (jumps) {
         rows.push_back({row.t, row.x, limit->y_size() == pairs_ ? limit->y().data() : row.y,
-                        has_w_ && limit->w_size() == pairs_ ? limit->w().data() : row.w});
+                        has_w_ && limit->w_size() == pairs_ ? limit->w().data() : row.w,
+                        limit->outputs_size() == outputs_ ? limit->outputs().data() : row.z});
         ++limit;
       }
       if (jumps || k % stride == 0 || k + 1 == chunk_.times_size()) rows.push_back(row);
@@ -103,15 +110,15 @@ class Trajectory {
     const std::ptrdiff_t before = k;
     const double* const y = chunk_.y().data() + before * pairs_;
     return {chunk_.times(k), chunk_.x().data() + before * states_, y,
-            has_w_ ? chunk_.w().data() + before * pairs_ : nullptr};
+            has_w_ ? chunk_.w().data() + before * pairs_ : nullptr, chunk_.outputs().data() + before * outputs_};
   }
 
   const v1::TrajectoryChunk& chunk_;
-  int states_ = 0, pairs_ = 0;
+  int states_ = 0, pairs_ = 0, outputs_ = 0;
   bool has_w_ = false;
 };
 
-// Components of x, y or w, with the names of states or pairs if they have any.
+// Components of x, y or w, with the names of states or pairs if they have any; or outputs.
 struct Panel {
   char letter;
   const google::protobuf::RepeatedPtrField<std::string>& names;
@@ -126,6 +133,8 @@ std::string NameOf(const Panel& panel, int i) {
   return panel.letter == 'w' ? fmt::format("w({})", panel.names[i]) : panel.names[i];
 }
 
+std::string LabelOf(const Panel& panel) { return panel.letter == kOutputs ? "outputs" : std::string(1, panel.letter); }
+
 Panel WholePanel(char letter, const google::protobuf::RepeatedPtrField<std::string>& names, int size) {
   Panel panel{letter, names, std::vector<int>(static_cast<std::size_t>(size))};
   std::iota(panel.components.begin(), panel.components.end(), 0);
@@ -134,24 +143,45 @@ Panel WholePanel(char letter, const google::protobuf::RepeatedPtrField<std::stri
 
 std::vector<Panel> AllPanels(const v1::SolveResult& result, const Trajectory& trajectory) {
   const auto &states = result.analysis().state_names(), &pairs = result.analysis().pair_names();
-  std::vector<Panel> panels = {WholePanel('x', states, trajectory.states())};
+  std::vector<Panel> panels;
+  if (trajectory.outputs() > 0) {
+    panels.push_back(WholePanel(kOutputs, result.analysis().output_names(), trajectory.outputs()));
+  }
+  panels.push_back(WholePanel('x', states, trajectory.states()));
   if (trajectory.pairs() == 0) return panels;
   panels.push_back(WholePanel('y', pairs, trajectory.pairs()));
   if (trajectory.has_w()) panels.push_back(WholePanel('w', pairs, trajectory.pairs()));
   return panels;
 }
 
+// `parts` of a list that was cut at every comma, also at those inside of names: v(a,b).
+std::vector<std::string> WithClosedParentheses(const std::vector<std::string>& parts) {
+  std::vector<std::string> names;
+  bool is_open = false;
+  for (const std::string& part : parts) {
+    if (is_open) {
+      names.back() += "," + part;
+    } else {
+      names.push_back(part);
+    }
+    is_open = std::ranges::count(names.back(), '(') > std::ranges::count(names.back(), ')');
+  }
+  return names;
+}
+
 // The panels with the components that `show` names: "x" is all of x. Errors: InvalidArgument with the name.
 absl::StatusOr<std::vector<Panel>> ChosenPanels(const std::vector<Panel>& all, const std::vector<std::string>& show) {
+  if (show.empty() && all.front().letter == kOutputs) return std::vector<Panel>{all.front()};
   if (show.empty()) return all;
   std::vector<std::vector<int>> chosen(all.size());
   std::vector<std::string> known;
-  for (const std::string& name : show) {
+  for (const std::string& name : WithClosedParentheses(show)) {
     bool found = false;
     for (std::size_t k = 0; k < all.size(); ++k) {
       for (const int i : all[k].components) {
         const std::string own = NameOf(all[k], i);
-        if (name == own || name == NumberedName(all[k], i) || name == std::string(1, all[k].letter)) {
+        const bool numbered = name == NumberedName(all[k], i) || name == std::string(1, all[k].letter);
+        if (name == own || (numbered && all[k].letter != kOutputs)) {
           found = true;
           chosen[k].push_back(i);
         }
@@ -182,7 +212,7 @@ std::string YRange(const Panel& panel, const std::vector<Row>& rows) {
     }
   }
   constexpr double kRounding = 1e-9;
-  if (panel.letter != 'x' && most > 0 && least > -kRounding * most) {
+  if ((panel.letter == 'y' || panel.letter == 'w') && most > 0 && least > -kRounding * most) {
     return fmt::format("[{:.17g}:*]", -kRounding * most);
   }
   if (least < most) return "[*:*]";
@@ -218,7 +248,7 @@ Drawing OverTime(const v1::SolveResult& result, const std::vector<Panel>& panels
                                    Quoted(drawing.legend.back())));
     }
     drawing.commands += fmt::format("set yrange {}\nset ylabel '{}'\nset xlabel '{}'\nplot {}\n", YRange(panel, rows),
-                                    panel.letter, &panel == &panels.back() ? "t" : "", fmt::join(curves, ", "));
+                                    LabelOf(panel), &panel == &panels.back() ? "t" : "", fmt::join(curves, ", "));
   }
   for (const Row& row : rows) {
     drawing.data += fmt::format("{:.9g}", row.t);
@@ -250,7 +280,7 @@ Drawing Profiles(const std::vector<Panel>& panels, const std::vector<Row>& rows,
     }
     drawing.commands += fmt::format("set xrange [1:{}]\nset xtics ({})\nset yrange {}\nset ylabel '{}'\nplot {}\n",
                                     std::max<std::size_t>(size, 2), fmt::join(ticks, ", "), YRange(panel, rows),
-                                    panel.letter, fmt::join(curves, ", "));
+                                    LabelOf(panel), fmt::join(curves, ", "));
     for (std::size_t k = 0; k < size; ++k) {
       drawing.data += std::to_string(k + 1);
       for (const Row& row : rows) drawing.data += fmt::format(" {:.7g}", row.value(panel.letter, panel.components[k]));
@@ -382,6 +412,8 @@ absl::Status DrawResult(const std::string& title, const SolveResult& result, con
   trajectory.mutable_x()->Add(result.x.begin(), result.x.end());
   trajectory.mutable_y()->Add(result.y.begin(), result.y.end());
   trajectory.mutable_w()->Add(result.w.begin(), result.w.end());
+  trajectory.mutable_outputs()->Add(result.outputs.begin(), result.outputs.end());
+  *document.mutable_analysis()->mutable_output_names() = {result.names.outputs.begin(), result.names.outputs.end()};
   trajectory.mutable_left_limits()->Add(result.left_limits.begin(), result.left_limits.end());
   return DrawResult(document, {}, title, output);
 }

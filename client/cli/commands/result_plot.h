@@ -20,11 +20,12 @@ absl::Status CheckPictureName(const std::string& option, const std::string& outp
 absl::Status FindGnuplot();
 
 struct PictureOptions {
-  std::vector<std::string> show;  // names of components; empty: all of them
+  std::vector<std::string> show;  // names of components; empty: the outputs, or all of them
   bool profile = false;           // draw over the components, a curve for each time
 };
 
-// Draws components of x, y and w over time with the switching times, or over the components, completely or not at all.
+// Draws outputs, or components of x, y and w, over time with the switching times, or over the components, completely or
+// not at all.
 // `source` is the name of the result in messages. Errors: InvalidArgument if `show` names something else, where there
 // is nothing to draw, or the file cannot be written; FailedPrecondition if there is no gnuplot; Internal if it fails.
 absl::Status DrawResult(const v1::SolveResult& result, const PictureOptions& options, const std::string& source,

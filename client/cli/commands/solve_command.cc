@@ -78,7 +78,7 @@ std::set<double> TableTimes(const SolveCommand& command, double horizon) {
 // `result` at `times` alone.
 SolveResult Thinned(const SolveResult& result, const std::set<double>& times) {
   SolveResult thinned = result;
-  for (std::vector<double>* values : {&thinned.times, &thinned.x, &thinned.y, &thinned.w, &thinned.outputs.values}) {
+  for (std::vector<double>* values : {&thinned.times, &thinned.x, &thinned.y, &thinned.w, &thinned.outputs}) {
     values->clear();
   }
   const auto append = [](std::vector<double>& values, std::span<const double> more) {
@@ -90,7 +90,7 @@ SolveResult Thinned(const SolveResult& result, const std::set<double>& times) {
     append(thinned.x, result.x_at(k));
     append(thinned.y, result.y_at(k));
     append(thinned.w, result.w_at(k));
-    append(thinned.outputs.values, result.outputs.at(k));
+    append(thinned.outputs, result.outputs_at(k));
   }
   thinned.left_limits.clear();  // a table has none
   return thinned;
@@ -107,9 +107,7 @@ absl::Status Print(const SolveCommand& command, const std::string& name, const S
       PrintJson(name, result, out);
       break;
     case OutputFormat::kCsv:
-      if (!result.outputs.names.empty()) {
-        PrintOutputsCsv(result, out);
-      } else if (result.times.empty() && result.summary.times() == 0) {
+      if (result.times.empty() && result.summary.times() == 0) {
         PrintCsvHeader(result.names, result.states, result.constraints, /*has_w=*/true, out);
       }
       break;  // was written as it came
@@ -119,6 +117,7 @@ absl::Status Print(const SolveCommand& command, const std::string& name, const S
     case OutputFormat::kNpz:
     case OutputFormat::kHdf5:
     case OutputFormat::kMat:
+    case OutputFormat::kRaw:
       return WriteArrays(command.format, name, result, out);
   }
   return absl::OkStatus();
@@ -146,6 +145,13 @@ void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
   const bool table_says_it = command.format == OutputFormat::kTable && IsStandardOutput(command.output);
   if (!table_says_it && !command.quiet) {
     for (const std::string& concern : summary.verdict().concerns()) fmt::print(stderr, "dlcs: {}\n", concern);
+    for (const v1::MeasurementResult& one : summary.measurements()) {
+      if (one.has_value()) {
+        fmt::print(stderr, "dlcs: {} = {}\n", one.name(), one.value());
+      } else {
+        fmt::print(stderr, "dlcs: {}: none: {}\n", one.name(), one.reason());
+      }
+    }
   }
   if (Succeeded(summary)) return;
   if (!table_says_it) fmt::print(stderr, "dlcs: {}: {}\n", VerdictText(summary), summary.message());
@@ -191,7 +197,7 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                          .nonlinear = input.is_nonlinear(),
                          .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0,
                          .estimates = !command.options.has_estimate_error() || command.options.estimate_error()});
-  const bool as_it_comes = command.format == OutputFormat::kCsv && !input.outputs();
+  const bool as_it_comes = command.format == OutputFormat::kCsv;
   DisplayNames names;
   const EventCallback show = [&](const v1::SolveEvent& event) {
     if (!command.quiet) view.OnEvent(event);
@@ -241,9 +247,7 @@ ExitCode Run(const SolveCommand& command) {
                command.options.step(), input->horizon());
   }
   const std::set<double> table_times = TableTimes(command, input->horizon());
-  // Currents of switches are compared with their limits at more times than a table shows.
-  const bool has_limits = input->outputs() && !input->outputs()->limits.empty();
-  const bool curves = (!command.plot.empty() || has_limits) && !table_times.empty();
+  const bool curves = !command.plot.empty() && !table_times.empty();
   for (const double time : curves ? EvenTimes(command.options, input->horizon(), kPictureIntervals) : table_times) {
     request.mutable_options()->add_output_times(time);
   }
@@ -256,13 +260,6 @@ ExitCode Run(const SolveCommand& command) {
   auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
   if (!result.ok()) return PrintCallError(result.status(), input->source());
 
-  std::vector<std::string> reached;
-  if (input->outputs()) {
-    const auto outputs = EvaluateOutputs(*input->outputs(), *result, input->horizon());
-    if (!outputs.ok()) return PrintError(outputs.status(), kBadInput);
-    reached = ReachedLimits(*input->outputs(), *outputs, result->times);
-    result->outputs = ShownOutputs(*input->outputs(), *outputs);
-  }
   const SolveResult thinned = curves ? Thinned(*result, table_times) : SolveResult();
   const SolveResult& shown = curves ? thinned : *result;
   const absl::Status delivered = Deliver(command, input->title(), shown, output->get());
@@ -281,8 +278,7 @@ ExitCode Run(const SolveCommand& command) {
   if (!result->job.empty()) {
     fmt::print(stderr, "dlcs: {0} keeps the part solved so far: dlcs result {0}\n", result->job);
   }
-  for (const std::string& line : reached) PrintNotice(line);
-  return reached.empty() ? ExitCodeOf(result->summary) : kNoAnswer;
+  return ExitCodeOf(result->summary);
 }
 
 }  // namespace dlcs::client

@@ -75,7 +75,7 @@ bool IsStandardOutput(const std::string& path) { return path.empty() || path == 
 absl::StatusOr<std::unique_ptr<AtomicFile>> OpenOutput(const std::string& path,
                                                        std::initializer_list<std::string> inputs) {
   if (IsStandardOutput(path)) return nullptr;
-  const std::initializer_list<std::string_view> formats = {"table", "json", "csv", "npy", "npz", "hdf5", "mat"};
+  const std::initializer_list<std::string_view> formats = {"table", "json", "csv", "npy", "npz", "hdf5", "mat", "raw"};
   if (std::find(formats.begin(), formats.end(), path) != formats.end()) {
     return absl::InvalidArgumentError(
         fmt::format("--output {}: would be a file of that name; did you mean --format {}? Write ./{} for the file",

@@ -17,7 +17,7 @@
 namespace dlcs::client {
 namespace {
 
-constexpr std::size_t kMaxStates = 12;
+constexpr std::size_t kMaxValues = 12;
 constexpr int kMaxMessages = 10;
 
 // A column of texts, at the right edge as numbers are.
@@ -47,11 +47,20 @@ void EnsembleTable::Add(const MemberResult& member) {
           .error = result.summary.accuracy().has_error() ? result.summary.accuracy().error()
                                                          : std::numeric_limits<double>::quiet_NaN(),
           .certificate = result.summary.certificate(),
-          .x = {}};
+          .measurements = {},
+          .values = {}};
+  if (measurement_names_.empty()) {
+    for (const v1::MeasurementResult& one : result.summary.measurements()) measurement_names_.push_back(one.name());
+  }
+  for (const v1::MeasurementResult& one : result.summary.measurements()) {
+    row.measurements.push_back(one.has_value() ? Cell(one.value()) : "none");
+  }
   if (!result.times.empty()) {
     row.time = result.times.back();
-    const auto x = result.x_at(result.times.size() - 1);
-    row.x.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(std::min(x.size(), kMaxStates)));
+    const std::size_t last = result.times.size() - 1;
+    const auto values = result.has_outputs() ? result.outputs_at(last) : result.x_at(last);
+    const auto shown = static_cast<std::ptrdiff_t>(std::min(values.size(), kMaxValues));
+    row.values.assign(values.begin(), values.begin() + shown);
   }
   rows_.insert_or_assign(member.member, std::move(row));
 }
@@ -77,11 +86,17 @@ void EnsembleTable::Print(const std::string& name, const v1::EnsembleSummary& su
   }
   columns.push_back(
       TextColumn("t", rows_, [](std::int64_t, const Row& row) { return std::isnan(row.time) ? "-" : Cell(row.time); }));
-  std::size_t states = 0;
-  for (const auto& [member, row] : rows_) states = std::max(states, row.x.size());
-  for (std::size_t i = 0; i < states; ++i) {
+  for (std::size_t i = 0; i < measurement_names_.size(); ++i) {
+    columns.push_back(TextColumn(measurement_names_[i], rows_, [i](std::int64_t, const Row& row) {
+      return i < row.measurements.size() ? row.measurements[i] : "-";
+    }));
+  }
+  std::size_t shown = 0;
+  for (const auto& [member, row] : rows_) shown = std::max(shown, row.values.size());
+  for (std::size_t i = 0; i < shown; ++i) {
+    const std::string name = names_.outputs.empty() ? names_.OfX(i) : names_.outputs[i];
     columns.push_back(TextColumn(
-        names_.OfX(i), rows_, [i](std::int64_t, const Row& row) { return i < row.x.size() ? Cell(row.x[i]) : "-"; }));
+        name, rows_, [i](std::int64_t, const Row& row) { return i < row.values.size() ? Cell(row.values[i]) : "-"; }));
   }
   PrintColumns(columns, rows_.size(), static_cast<std::size_t>(width), out);
 

@@ -16,8 +16,8 @@
 namespace dlcs::client {
 
 // Keeps a line for each member, and prints them in the order of the members: outcome, time reached, LCP residual at
-// nodes, estimated error, and x at that time (at most its first 12 components). The messages of failed members follow.
-// Not thread-safe.
+// nodes, estimated error, measurements, and the outputs or x at that time (at most the first 12). The messages of
+// failed members follow. Not thread-safe.
 class EnsembleTable {
  public:
   void Add(const MemberResult& member);
@@ -32,9 +32,11 @@ class EnsembleTable {
     double time;
     double error;  // NaN if not known
     v1::Certificate certificate;
-    std::vector<double> x;  // the first components
+    std::vector<std::string> measurements;  // as texts
+    std::vector<double> values;             // the first outputs or components of x
   };
   DisplayNames names_;
+  std::vector<std::string> measurement_names_;
   std::map<std::int64_t, Row> rows_;
 };
 

@@ -57,9 +57,9 @@ class JsonWriter {
   fmt::memory_buffer buffer_;
 };
 
-// `text`, an object, up to where its next key would stand.
-std::string_view Open(std::string_view text) {
-  text.remove_suffix(1);
+// `text`, an object whose last key is that of empty outputs, up to where that key stands.
+std::string WithoutOutputs(std::string text) {
+  text.resize(text.rfind(R"(,"outputs":)"));
   return text;
 }
 
@@ -78,30 +78,30 @@ void WriteTrajectory(const SolveResult& result, JsonWriter& writer) {
   }
   writer.Text(R"(],"w":)");
   writer.Numbers(result.w);
-  writer.Text("}");
+  writer.Text(R"(,"outputs":[]})");  // by name in the document
 }
 
-// The outputs of a circuit, "outputs": {"v(out)": [...], ...}, which the contract does not have.
+// {"v(out)": [...], ...}
 void WriteOutputs(const SolveResult& result, JsonWriter& writer) {
-  const std::size_t count = result.outputs.names.size();
-  if (count == 0) return;
   std::vector<double> values(result.times.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    writer.Text(i == 0 ? R"(,"outputs":{)" : ",");
-    writer.Text(nlohmann::json(result.outputs.names[i]).dump());
+  writer.Text("{");
+  for (std::size_t i = 0; i < result.names.outputs.size(); ++i) {
+    if (i > 0) writer.Text(",");
+    writer.Text(nlohmann::json(result.names.outputs[i]).dump());
     writer.Text(":");
-    for (std::size_t k = 0; k < values.size(); ++k) values[k] = result.outputs.at(k)[i];
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = result.outputs_at(k)[i];
     writer.Numbers(values);
   }
   writer.Text("}");
 }
 
-// `document`, whose last field is a trajectory that is not set, with the one of `result`.
+// `document`, whose last fields are a trajectory that is not set and empty outputs, with those of `result`.
 void WriteDocument(const google::protobuf::Message& document, const SolveResult& result, std::FILE* out) {
   JsonWriter writer(out);
-  writer.Text(Open(JsonLine(document)));
+  writer.Text(WithoutOutputs(JsonLine(document)));
   writer.Text(R"(,"trajectory":)");
   WriteTrajectory(result, writer);
+  writer.Text(R"(,"outputs":)");
   WriteOutputs(result, writer);
   writer.Text("}\n");
 }

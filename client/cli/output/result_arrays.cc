@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cli/output/result_arrays.h"
 
+#include <utility>
+
 #include "client/cli/output/message_json.h"
 
 namespace dlcs::client {
@@ -29,9 +31,13 @@ ResultArrays ArraysOf(const std::string& title, const SolveResult& result) {
     all.left_times.push_back(result.times[k]);
     AppendLimit(limit.y(), result.y_at(k), all.left_y);
     AppendLimit(limit.w(), result.w_at(k), all.left_w);
+    AppendLimit(limit.outputs(), result.outputs_at(k), all.left_outputs);
   }
-  for (std::size_t i = 0; i < result.states; ++i) all.state_names.push_back(result.names.OfX(i));
-  for (std::size_t i = 0; i < result.constraints; ++i) all.pair_names.push_back(result.names.OfY(i));
+  std::vector<std::string> states, pairs;
+  for (std::size_t i = 0; i < result.states; ++i) states.push_back(result.names.OfX(i));
+  for (std::size_t i = 0; i < result.constraints; ++i) pairs.push_back(result.names.OfY(i));
+  all.names = {{"state_names", std::move(states)}, {"pair_names", std::move(pairs)}};
+  if (result.has_outputs()) all.names.push_back({"output_names", result.names.outputs});
 
   const auto list = [&all](const char* name, std::span<const double> values) {
     all.arrays.push_back({.name = name, .values = values, .rows = values.size(), .is_list = true});
@@ -48,6 +54,10 @@ ResultArrays ArraysOf(const std::string& title, const SolveResult& result) {
   list("left_times", all.left_times);
   matrix("left_y", all.left_y, limits, result.constraints);
   if (ShowsW(result)) matrix("left_w", all.left_w, limits, result.constraints);
+  if (result.has_outputs()) {
+    matrix("outputs", result.outputs, times, result.names.outputs.size());
+    matrix("left_outputs", all.left_outputs, limits, result.names.outputs.size());
+  }
 
   v1::SolveResult document;
   document.set_title(title);

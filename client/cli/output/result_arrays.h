@@ -8,6 +8,8 @@
 //     left_times               L times at which y or w jumps,
 //     left_y, left_w           and a row for each with the limits from the left
 //     state_names, pair_names  those of the columns
+//     outputs, left_outputs,   likewise, if the problem has outputs
+//     output_names
 //     summary                  the v1::SolveResult without its trajectory, as JSON text
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_RESULT_ARRAYS_H_
@@ -35,9 +37,13 @@ struct ResultArray {
 
 struct ResultArrays {
   std::vector<ResultArray> arrays;
-  std::vector<std::string> state_names, pair_names;
+  struct Names {
+    const char* name;
+    std::vector<std::string> names;
+  };
+  std::vector<Names> names;
   std::string summary;
-  std::vector<double> switching_times, left_times, left_y, left_w;  // what some of `arrays` show
+  std::vector<double> switching_times, left_times, left_y, left_w, left_outputs;  // what some of `arrays` show
 };
 
 // Whether there is a w, or would be if there were a time.
@@ -49,12 +55,14 @@ ResultArrays ArraysOf(const std::string& title, const SolveResult& result);
 // All write to `out`, a file that is still empty. Errors: Internal if it cannot be written to (the rest may still be in
 // the buffers of `out`, and is lost or not when they are flushed); OutOfRange if the format cannot hold as much.
 
-// One array of two dimensions, with the columns of the CSV, t, x, y and w, without their names.
+// One array of two dimensions, with the columns of the CSV, t, x, y and w or t and the outputs, without their names.
 absl::Status WriteNpy(const SolveResult& result, std::FILE* out);
 // A zip archive of arrays and `summary.json`, not packed.
 absl::Status WriteNpz(const std::string& title, const SolveResult& result, std::FILE* out);
 // A MAT file of level 5, with the names as cell arrays of text. Every variable is smaller than 2 GB.
 absl::Status WriteMat(const std::string& title, const SolveResult& result, std::FILE* out);
+// The raw file of SPICE: the columns of the CSV with their names.
+absl::Status WriteRaw(const std::string& title, const SolveResult& result, std::FILE* out);
 // A dataset for each array and for the names; the summary is an attribute of the file.
 absl::Status WriteHdf5(const std::string& title, const SolveResult& result, std::FILE* out);
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <span>
 #include <string>
@@ -21,13 +22,11 @@ void AppendFields(std::span<const double> numbers, fmt::memory_buffer& line) {
   }
 }
 
-void PrintLine(std::string_view begin, double time, std::span<const double> x, std::span<const double> y,
-               std::span<const double> w, std::FILE* out) {
+void PrintLine(std::string_view begin, double time, std::initializer_list<std::span<const double>> parts,
+               std::FILE* out) {
   fmt::memory_buffer line;
   fmt::format_to(std::back_inserter(line), "{}{}", begin, time);
-  AppendFields(x, line);
-  AppendFields(y, line);
-  AppendFields(w, line);
+  for (const std::span<const double> part : parts) AppendFields(part, line);
   line.push_back('\n');
   std::fwrite(line.data(), 1, line.size(), out);
 }
@@ -45,6 +44,8 @@ std::string Quoted(const std::string& text) {
 void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w,
                     std::FILE* out) {
   fmt::print(out, "t");
+  for (const std::string& name : names.outputs) fmt::print(out, ",{}", Quoted(name));
+  if (!names.outputs.empty()) states = constraints = 0;
   for (std::size_t i = 0; i < states; ++i) fmt::print(out, ",{}", names.OfX(i));
   for (std::size_t i = 0; i < constraints; ++i) fmt::print(out, ",{}", names.OfY(i));
   for (std::size_t i = 0; has_w && i < constraints; ++i) fmt::print(out, ",{}", names.OfW(i));
@@ -54,23 +55,17 @@ void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t c
 void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out) {
   const auto times = static_cast<std::size_t>(chunk.times_size());
   if (times == 0) return;
-  const std::size_t states = static_cast<std::size_t>(chunk.x_size()) / times;
-  const std::size_t constraints = static_cast<std::size_t>(chunk.y_size()) / times;
+  const auto at = [times](const google::protobuf::RepeatedField<double>& values, std::size_t k) {
+    const std::size_t size = static_cast<std::size_t>(values.size()) / times;
+    return std::span(values.data() + k * size, size);
+  };
   for (std::size_t k = 0; k < times; ++k) {
-    PrintLine(
-        "", chunk.times(static_cast<int>(k)), {chunk.x().data() + k * states, states},
-        {chunk.y().data() + k * constraints, constraints},
-        chunk.w().empty() ? std::span<const double>() : std::span(chunk.w().data() + k * constraints, constraints),
-        out);
-  }
-}
-
-void PrintOutputsCsv(const SolveResult& result, std::FILE* out) {
-  fmt::print(out, "t");
-  for (const std::string& name : result.outputs.names) fmt::print(out, ",{}", Quoted(name));
-  fmt::print(out, "\n");
-  for (std::size_t k = 0; k < result.times.size(); ++k) {
-    PrintLine("", result.times[k], result.outputs.at(k), {}, {}, out);
+    const double time = chunk.times(static_cast<int>(k));
+    if (!chunk.outputs().empty()) {
+      PrintLine("", time, {at(chunk.outputs(), k)}, out);
+    } else {
+      PrintLine("", time, {at(chunk.x(), k), at(chunk.y(), k), at(chunk.w(), k)}, out);
+    }
   }
 }
 
@@ -84,7 +79,11 @@ void PrintMemberCsvLines(const MemberResult& member, std::FILE* out) {
   const std::string begin = fmt::format("{},{},", member.member, Quoted(member.label));
   const std::vector<double> unknown(result.constraints, std::numeric_limits<double>::quiet_NaN());
   for (std::size_t k = 0; k < result.times.size(); ++k) {
-    PrintLine(begin, result.times[k], result.x_at(k), result.y_at(k), result.has_w() ? result.w_at(k) : unknown, out);
+    if (result.has_outputs()) {
+      PrintLine(begin, result.times[k], {result.outputs_at(k)}, out);
+      continue;
+    }
+    PrintLine(begin, result.times[k], {result.x_at(k), result.y_at(k), result.has_w() ? result.w_at(k) : unknown}, out);
   }
 }
 

@@ -97,8 +97,8 @@ absl::Status WriteHdf5(const std::string& title, const SolveResult& result, std:
   const Hdf5Object file(H5Fcreate("in memory", H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
   bool written = file >= 0;
   for (const ResultArray& array : all.arrays) written = written && WriteHdf5Array(file, array);
-  written = written && WriteNames(file, "state_names", all.state_names) &&
-            WriteNames(file, "pair_names", all.pair_names) && WriteAttribute(file, "summary", all.summary);
+  for (const auto& [name, names] : all.names) written = written && WriteNames(file, name, names);
+  written = written && WriteAttribute(file, "summary", all.summary);
   if (!written) return absl::InternalError("cannot make an HDF5 file");
   return WriteImage(file, out);
 }

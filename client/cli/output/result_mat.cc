@@ -136,10 +136,10 @@ absl::Status WriteMat(const std::string& title, const SolveResult& result, std::
   const std::string header = FileHeader();
   std::fwrite(header.data(), 1, header.size(), out);
   for (const ResultArray& array : all.arrays) WriteMatArray(array, out);
-  for (const std::string& text : {NamesArray("state_names", all.state_names), NamesArray("pair_names", all.pair_names),
-                                  TextArray("summary", all.summary)}) {
-    std::fwrite(text.data(), 1, text.size(), out);
-  }
+  std::string texts;
+  for (const auto& [name, names] : all.names) texts += NamesArray(name, names);
+  texts += TextArray("summary", all.summary);
+  std::fwrite(texts.data(), 1, texts.size(), out);
   return absl::OkStatus();  // whoever flushes `out` sees what was lost
 }
 

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "client/cli/output/result_arrays.h"
+#include "client/files/encoding.h"
 #include "client/files/npy_array.h"
 
 namespace dlcs::client {
@@ -136,15 +137,16 @@ class ZipWriter {
   bool failed_ = false;
 };
 
-// A list of names, each padded with zeros to the length of the longest: letters of 32 bits. (Names are ASCII.)
+// A list of names, each padded with zeros to the length of the longest: letters of 32 bits.
 std::string NpyOfNames(const std::vector<std::string>& names) {
+  std::vector<std::u32string> letters;
   std::size_t longest = 1;
-  for (const std::string& name : names) longest = std::max(longest, name.size());
+  for (const std::string& name : names) longest = std::max(longest, letters.emplace_back(LettersOf(name)).size());
   const std::array<std::size_t, 1> shape = {names.size()};
   std::string npy = NpyHeader(fmt::format("U{}", longest), shape);
-  for (const std::string& name : names) {
+  for (const std::u32string& name : letters) {
     for (std::size_t k = 0; k < longest; ++k) {
-      const std::uint32_t letter = k < name.size() ? static_cast<unsigned char>(name[k]) : 0;
+      const std::uint32_t letter = k < name.size() ? name[k] : 0;
       std::array<char, sizeof letter> bytes;
       std::memcpy(bytes.data(), &letter, sizeof letter);
       npy.append(bytes.data(), bytes.size());
@@ -156,12 +158,17 @@ std::string NpyOfNames(const std::vector<std::string>& names) {
 }  // namespace
 
 absl::Status WriteNpy(const SolveResult& result, std::FILE* out) {
-  const std::size_t columns = 1 + result.states + (ShowsW(result) ? 2 : 1) * result.constraints;
+  const std::size_t columns = result.has_outputs() ? 1 + result.names.outputs.size()
+                                                   : 1 + result.states + (ShowsW(result) ? 2 : 1) * result.constraints;
   const std::array<std::size_t, 2> shape = {result.times.size(), columns};
   const std::string header = NpyHeader("f8", shape);
   std::fwrite(header.data(), 1, header.size(), out);
   for (std::size_t k = 0; k < result.times.size() && std::ferror(out) == 0; ++k) {
     WriteNumbers({&result.times[k], 1}, out);
+    if (result.has_outputs()) {
+      WriteNumbers(result.outputs_at(k), out);
+      continue;
+    }
     WriteNumbers(result.x_at(k), out);
     WriteNumbers(result.y_at(k), out);
     WriteNumbers(result.w_at(k), out);
@@ -177,8 +184,7 @@ absl::Status WriteNpz(const std::string& title, const SolveResult& result, std::
     archive.Add(fmt::format("{}.npy", array.name), NpyHeader("f8", std::span(shape).first(array.is_list ? 1 : 2)),
                 array.values);
   }
-  archive.Add("state_names.npy", NpyOfNames(all.state_names));
-  archive.Add("pair_names.npy", NpyOfNames(all.pair_names));
+  for (const auto& [name, names] : all.names) archive.Add(fmt::format("{}.npy", name), NpyOfNames(names));
   archive.Add("summary.json", all.summary);
   return archive.Close();
 }

@@ -15,15 +15,12 @@
 namespace dlcs::client {
 
 // A header t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of each chunk, as they
-// come.
+// come. If there are outputs, they take the place of x, y and w.
 void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w, std::FILE* out);
 void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out);
 
-// The same for the outputs of a circuit: t and their names, and a line for each time.
-void PrintOutputsCsv(const SolveResult& result, std::FILE* out);
-
-// Verdict, trajectory (of a circuit its outputs) and certificate. Columns that do not fit into `width`
-// characters follow in further blocks.
+// Verdict, trajectory (the outputs if there are any, else x, y and w), measurements and certificate. Columns that do not
+// fit into `width` characters follow in further blocks.
 void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out);
 
 }  // namespace dlcs::client

@@ -23,11 +23,11 @@ std::vector<Column> MakeColumns(const SolveResult& result) {
   const std::size_t rows = result.times.size();
   std::vector<Column> columns;
   columns.push_back(MakeColumn("t", rows, [&](std::size_t k) { return result.times[k]; }));
-  for (std::size_t i = 0; i < result.outputs.names.size(); ++i) {
+  for (std::size_t i = 0; i < result.names.outputs.size(); ++i) {
     columns.push_back(
-        MakeColumn(result.outputs.names[i], rows, [&](std::size_t k) { return result.outputs.at(k)[i]; }));
+        MakeColumn(result.names.outputs[i], rows, [&](std::size_t k) { return result.outputs_at(k)[i]; }));
   }
-  if (!result.outputs.names.empty()) return columns;
+  if (result.has_outputs()) return columns;
   for (std::size_t i = 0; i < result.states; ++i) {
     columns.push_back(MakeColumn(result.names.OfX(i), rows, [&](std::size_t k) { return result.x_at(k)[i]; }));
   }
@@ -37,6 +37,21 @@ std::vector<Column> MakeColumns(const SolveResult& result) {
     columns.push_back(MakeColumn(result.names.OfW(i), rows, [&](std::size_t k) { return result.w_at(k)[i]; }));
   }
   return columns;
+}
+
+void PrintMeasurements(const v1::Summary& summary, int width, std::FILE* out) {
+  if (summary.measurements().empty()) return;
+  fmt::print(out, "\nMeasurements\n");
+  std::size_t longest = 0;
+  for (const v1::MeasurementResult& one : summary.measurements()) longest = std::max(longest, one.name().size());
+  Paragraphs paper(width, out);
+  for (const v1::MeasurementResult& one : summary.measurements()) {
+    const std::string name = fmt::format("  {:<{}}  ", one.name(), longest);
+    const bool says_when = one.has_time() && one.time() != one.value();
+    paper.Print(name, !one.has_value() ? fmt::format("none: {}", one.reason())
+                      : says_when      ? fmt::format("{} at t = {}", Cell(one.value()), Cell(one.time()))
+                                       : Cell(one.value()));
+  }
 }
 
 void PrintJumps(const v1::Summary& summary, std::FILE* out) {
@@ -216,6 +231,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   if (!result.times.empty()) {
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
   }
+  PrintMeasurements(summary, width, out);
   PrintJumps(summary, out);
   PrintSwitchings(summary, result.names, out);
   if (!result.times.empty()) {

@@ -17,6 +17,7 @@ export class Names {
   constructor(
     private readonly states: string[] = [],
     private readonly pairs: string[] = [],
+    readonly outputs: string[] = [],
   ) {}
 
   x(i: number): string {
@@ -24,6 +25,10 @@ export class Names {
   }
   y(i: number): string {
     return this.pairs[i] ?? `y${i + 1}`;
+  }
+  /** Of an output. */
+  z(i: number): string {
+    return this.outputs[i] ?? `output ${i + 1}`;
   }
   w(i: number): string {
     return i < this.pairs.length ? `w(${this.pairs[i]})` : `w${i + 1}`;

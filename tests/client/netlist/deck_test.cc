@@ -156,11 +156,13 @@ TEST(DeckTest, ReadsSwitchesCouplingsAndControls) {
 TEST(DeckTest, NotesWhatItLeavesOut) {
   const Deck deck = Good(
       "V1 a 0 1\n.options reltol=1e-6\n.control\nrun\nplot v(a)\n.endc\n.ac dec 10 1 1k\n"
-      ".meas tran x avg v(a)\n.print tran v(a) v(nix) i(V1)\n" +
+      ".meas ac x max vdb(a)\n.print ac vdb(a)\n.print tran v(a) i(V1)\n" +
       std::string(kRest));
   EXPECT_THAT(deck.notes, AllOf(Contains(HasSubstr(".options is ignored")), Contains(HasSubstr(".control block")),
-                                Contains(HasSubstr(".ac is ignored")), Contains(HasSubstr("v(nix) is ignored"))));
-  EXPECT_THAT(deck.outputs, ElementsAre("v(a)", "i(v1)"));
+                                Contains(HasSubstr(".ac is ignored")), Contains(HasSubstr(".print ac is ignored")),
+                                Contains(HasSubstr(".meas ac is ignored"))));
+  ASSERT_EQ(deck.outputs.size(), 2);
+  EXPECT_EQ(deck.outputs[1].factors[0].factors.at("i(v1)"), 1);
 }
 
 TEST(DeckTest, ATitleThatLooksLikeAnElementIsNoted) {

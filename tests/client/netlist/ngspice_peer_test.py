@@ -9,6 +9,7 @@ Diodes of decks become switches that their own voltage controls, which both prog
 """
 
 import csv
+import json
 import pathlib
 import re
 import shutil
@@ -98,6 +99,51 @@ class NgspicePeerTest(unittest.TestCase):
             with self.subTest(name):
                 deck = with_switches_for_diodes((DECKS / f"{name}.cir").read_text(), 0.01, 6e-5)
                 self.compare(deck, 6e-5, 5e-10, 1e-5)
+
+    def test_ngspice_loads_the_raw_file(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            deck = (DECKS / "rlc.cir").read_text()
+            names, ours = solve(deck, [0.001, 0.002, 0.003], folder)
+            arguments = [DLCS, "solve", folder / "deck.cir", "--tolerance", "1e-8", "--at", "0.001,0.002,0.003"]
+            subprocess.run([*arguments, "--output", folder / "ours.raw", "--quiet"], check=True, capture_output=True)
+            lines = ["title", ".control", "load ours.raw", "set numdgt=14", "display"]
+            lines += [f"print {vector}" for vector in names] + ["quit", ".endc", ".end"]
+            (folder / "load.cir").write_text("\n".join(lines) + "\n")
+            run = subprocess.run(["ngspice", "-b", "load.cir"], cwd=folder, capture_output=True, text=True, timeout=60)
+            for k, vector in enumerate(names):
+                printed = [
+                    float(line.split()[2])
+                    for line in run.stdout.split(vector, 1)[-1].splitlines()
+                    if re.match(r"^\d+\s+\S+\s+\S+\s*$", line)
+                ]
+                self.assertIn(vector, run.stdout, run.stdout + run.stderr)
+                self.assertLess(abs(numpy.array(printed[3 * 0 : 3]) - ours[:, k]).max(), 1e-12 * abs(ours).max(), vector)
+
+    def test_measurements(self):
+        """What both programs measure of the same deck."""
+        measurements = [
+            "mean AVG v(out) FROM=1m TO=5m",
+            "effective RMS v(out) FROM=1m TO=5m",
+            "most MAX v(out)",
+            "crossed WHEN v(out)=0.5 RISE=1",
+            "now FIND v(out) AT=2m",
+            "late TRIG v(out) VAL=0.2 RISE=1 TARG v(out) VAL=0.8 RISE=1",
+        ]
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            lines = ["title", "V1 in 0 PULSE(0 1 0 1m 1m 2m 8m)", "R1 in a 10", "L1 a out 1m", "C1 out 0 10u"]
+            lines += [".tran 1u 6m 0 0.1u", *(f".meas tran {one}" for one in measurements), ".end"]
+            (folder / "deck.cir").write_text("\n".join(lines) + "\n")
+            run = subprocess.run(["ngspice", "-b", "deck.cir"], cwd=folder, capture_output=True, text=True, timeout=120)
+            ours = subprocess.run(
+                [DLCS, "solve", folder / "deck.cir", "--tolerance", "1e-9", "--format", "json", "--quiet"],
+                capture_output=True, text=True, check=True,
+            )
+            for one in json.loads(ours.stdout)["summary"]["measurements"]:
+                with self.subTest(one["name"]):
+                    theirs = float(re.search(rf"^{one['name']}\s*=\s*(\S+)", run.stdout, re.M)[1])
+                    self.assertAlmostEqual(one["value"] / theirs, 1, delta=2e-5)
 
 
 if __name__ == "__main__":

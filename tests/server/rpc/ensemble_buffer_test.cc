@@ -34,7 +34,7 @@ FinishedSolve Finished(Index times) {
   solution.x = Matrix::Random(3, times);
   solution.y = Matrix::Random(2, times);
   solution.w = Matrix::Random(2, times);
-  return FinishedSolve(std::move(solution), StopCause::kNone, 1);
+  return FinishedSolve(std::move(solution), std::nullopt, StopCause::kNone, 1);
 }
 
 std::vector<v1::EnsembleEvent> TakeAll(EnsembleMailbox& mailbox) {

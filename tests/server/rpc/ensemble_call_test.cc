@@ -75,6 +75,30 @@ std::map<std::int64_t, std::vector<double>> StatesOf(const std::vector<v1::Ensem
   return states;
 }
 
+TEST_F(EnsembleCallTest, OutputsHaveTheParametersOfTheirMember) {
+  v1::SolveEnsembleRequest request = Starts(3, 50);
+  v1::Problem& problem = *request.mutable_problem();
+  v1::Parameter& parameter = *problem.add_parameters();
+  parameter.set_name("gain");
+  parameter.set_value(1);
+  problem.mutable_outputs()->add_names("ramp");
+  problem.mutable_outputs()->mutable_h()->add_pieces()->mutable_formulas()->add_formulas("gain*t");
+  *request.mutable_members(1)->add_parameters() = parameter;
+  request.mutable_members(1)->mutable_parameters(0)->set_value(3);
+  const EnsembleOutcome outcome = SolveAll(*stub_, request);
+  ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+  EXPECT_EQ(outcome.events[0].accepted().output_names(0), "ramp");
+  int seen = 0;
+  for (const v1::EnsembleEvent& event : outcome.events) {
+    const v1::TrajectoryChunk& chunk = event.trajectory().chunk();
+    ASSERT_EQ(chunk.outputs_size(), chunk.times_size());
+    for (int k = 0; k < chunk.times_size(); ++k, ++seen) {
+      EXPECT_DOUBLE_EQ(chunk.outputs(k), (event.trajectory().member() == 1 ? 3 : 1) * chunk.times(k));
+    }
+  }
+  EXPECT_GE(seen, 150);
+}
+
 TEST_F(EnsembleCallTest, EveryMemberHasTheBitsOfItsOwnSolve) {
   v1::SolveEnsembleRequest request = Starts(12, 500);
   request.mutable_members(3)->set_horizon(4);

@@ -42,7 +42,7 @@ class Producer {
     solution.x = Matrix::Random(3, num_times);
     solution.y = Matrix::Random(2, num_times);
     solution.w = Matrix::Random(2, num_times);
-    mailbox_.Close(FinishedSolve(std::move(solution), StopCause::kNone, next_sequence_));
+    mailbox_.Close(FinishedSolve(std::move(solution), std::nullopt, StopCause::kNone, next_sequence_));
   }
   std::int64_t put() const { return next_sequence_ - 1; }
 

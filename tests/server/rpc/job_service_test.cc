@@ -317,6 +317,63 @@ TEST_F(JobServiceTest, ReadsAPartOfTheTrajectory) {
             absl::StatusCode::kInvalidArgument);
 }
 
+TEST_F(JobServiceTest, PagesHoldTheOutputs) {
+  v1::SolveRequest solve = SteppingRequest(1000);
+  v1::Outputs& outputs = *solve.mutable_problem()->mutable_outputs();
+  outputs.add_names("twice");
+  outputs.add_names("time");
+  v1::DenseMatrix& c = *outputs.mutable_c()->mutable_dense();
+  c.set_rows(2);
+  c.set_columns(1);
+  c.add_values(2);
+  c.add_values(0);
+  v1::FormulaFunction& h = *outputs.mutable_h()->add_pieces()->mutable_formulas();
+  h.add_formulas("0");
+  h.add_formulas("t+(t>=5)");
+  v1::Measurement& mean = *solve.mutable_problem()->add_measurements();
+  mean.set_name("mean");
+  mean.set_kind(v1::MEASUREMENT_KIND_AVERAGE);
+  mean.add_outputs(1);
+  mean.set_end(5);
+  const v1::SolveJob job = Submit(solve);
+  Watch(job.name());
+  v1::ReadTrajectoryRequest request;
+  request.set_name(job.name());
+  std::size_t read = 0;
+  bool jumped = false;
+  const auto check = [&](const v1::TrajectoryPage& page) {
+    const v1::TrajectoryChunk& chunk = page.chunk();
+    ASSERT_EQ(chunk.outputs_size(), 2 * chunk.times_size());
+    for (int k = 0; k < chunk.times_size(); ++k, ++read) {
+      EXPECT_EQ(chunk.outputs(2 * k), 2 * chunk.x(k));
+      EXPECT_EQ(chunk.outputs(2 * k + 1), chunk.times(k) + (chunk.times(k) >= 5 ? 1 : 0));
+    }
+    for (const v1::LeftLimit& limit : chunk.left_limits()) {
+      if (chunk.times(limit.index() - chunk.first()) != 5) continue;
+      jumped = true;
+      EXPECT_EQ(limit.outputs(1), 5);
+    }
+  };
+  ASSERT_TRUE(client_->jobs().ReadTrajectory(request, check, {}).ok());
+  EXPECT_TRUE(jumped);
+  EXPECT_GT(read, 1000u);
+  request.add_output_components(1);
+  const auto second_alone = [](const v1::TrajectoryPage& page) {
+    EXPECT_EQ(page.chunk().outputs_size(), page.chunk().times_size());
+  };
+  EXPECT_TRUE(client_->jobs().ReadTrajectory(request, second_alone, {}).ok());
+  request.set_omit_outputs(true);
+  const auto none = [](const v1::TrajectoryPage& page) { EXPECT_EQ(page.chunk().outputs_size(), 0); };
+  EXPECT_TRUE(client_->jobs().ReadTrajectory(request, none, {}).ok());
+  request.set_output_components(0, 2);
+  const absl::Status status = client_->jobs().ReadTrajectory(request, none, {});
+  EXPECT_THAT(std::string(status.message()), HasSubstr("output_components[0]: 2; must be between 0 and 1"));
+  const auto ended = client_->jobs().Get(job.name(), {});
+  ASSERT_TRUE(ended.ok());
+  ASSERT_EQ(ended->summary().measurements_size(), 1);
+  EXPECT_NEAR(ended->summary().measurements(0).value(), 2.5, 1e-12);
+}
+
 TEST_F(JobServiceTest, AStoppedServerGivesItsJobsToTheNext) {
   const v1::SolveRequest solve = SteppingRequest(400'000 / testing::kSlowness);
   const v1::SolveJob job = Submit(solve);

@@ -75,6 +75,46 @@ TEST(ConvertTest, ProblemSurvivesTheRoundTrip) {
   EXPECT_TRUE(MessageDifferencer::Equals(ToProto(back), wire)) << wire.DebugString();
 }
 
+TEST(ConvertTest, OutputsAndMeasurementsSurviveTheRoundTrip) {
+  Problem problem = testing::ExampleFourOne();
+  const Index m = problem.num_states(), n = problem.num_constraints();
+  problem.outputs.names = {"a", "b"};
+  problem.outputs.C = Matrix::Random(2, m);
+  problem.outputs.D = Matrix::Random(2, n);
+  problem.outputs.h = TimeFunction::Formulas({"t", "2"});
+  problem.outputs.hidden = 1;
+  problem.outputs.limits = {{1, 7}};
+  problem.measurements = {{.name = "mean", .outputs = {0, 1}, .begin = 0.25, .end = 0.5},
+                          {.name = "late",
+                           .kind = MeasurementKind::kDelay,
+                           .outputs = {},
+                           .end = {},
+                           .at = MeasurementInstant{.time = 0.5, .outputs = {}},
+                           .until = MeasurementInstant{.time = {},
+                                                       .outputs = {1},
+                                                       .level = 2,
+                                                       .direction = CrossingDirection::kFalling,
+                                                       .number = -1,
+                                                       .after = 0.1}}};
+  v1::Problem wire = ToProto(problem);
+  std::vector<Violation> violations;
+  const Problem read = ProblemFromProto(wire, violations);
+  EXPECT_TRUE(violations.empty());
+  EXPECT_TRUE(Validate(read).empty());
+  EXPECT_EQ(ToProto(read).SerializeAsString(), wire.SerializeAsString());
+  // Shapes are compared before anything is allocated.
+  wire.mutable_outputs()->mutable_c()->mutable_sparse()->set_rows(2'000'000'000);
+  wire.mutable_outputs()->clear_d();
+  violations.clear();
+  EXPECT_TRUE(ProblemFromProto(wire, violations).outputs.D.IsZero());
+  ASSERT_EQ(violations.size(), 1);
+  EXPECT_EQ(violations[0].field, "outputs.C");
+  wire.mutable_measurements(0)->set_kind(static_cast<v1::MeasurementKind>(99));
+  violations.clear();
+  ProblemFromProto(wire, violations);
+  EXPECT_EQ(violations.back().field, "measurements[0].kind");
+}
+
 TEST(ConvertTest, EveryRuleAndItsSelectorSurviveTheRoundTrip) {
   Problem problem = EveryKindOfPiece();
   for (const SolutionRule rule :

@@ -38,7 +38,9 @@ export function placeOf(field: string): {option: Option} | {path: Path} | null {
   if (steps[0] !== 'problem' && steps[0] !== 'nonlinear') return null;
   const path: Path = steps.slice(1).map((step) => (/^\d+$/.test(step) ? Number(step) : step));
   if (typeof path[0] === 'string') path[0] = keys[path[0]] ?? path[0];
+  if (path[0] === 'outputs' && (path[1] === 'c' || path[1] === 'd')) path[1] = path[1].toUpperCase();
   // A single piece of formulas or numbers stands in the file without the words around it.
-  if (path[1] === 'pieces' && path[3] !== undefined) path.splice(1, 3);
+  const pieces = path.indexOf('pieces');
+  if (pieces > 0 && path[pieces + 2] !== undefined) path.splice(pieces, 3);
   return {path};
 }

@@ -16,6 +16,7 @@ import {
 } from '../../generated/dlcs/v1/solver_pb';
 import {isObject, type Json, type JsonObject, parseJson, type Path} from './json';
 import {readMatrix, readVector, shapeOf} from './matrix';
+import {readMeasurements, readOutputs} from './outputs';
 import {Reader} from './reader';
 import {type FieldError, Schemas} from './schema';
 import {readFormulas, readSources} from './source';
@@ -103,6 +104,8 @@ function readLinear(root: JsonObject, reader: Reader): ProblemFile {
     const values = b === undefined ? null : reader.numbers(b, ['selector', 'b']);
     if (c !== null && values !== null) problem.selector = create(SelectorSchema, {c, b: values});
   }
+  problem.outputs = readOutputs(root, reader);
+  problem.measurements = readMeasurements(root, reader);
   const factors = problem.a?.kind.case === 'kroneckerSum' ? problem.a.kind.value.factors : [];
   const grid = factors.map((factor) => shapeOf(factor).rows);
   return {name: nameOf(root), system: {case: 'problem', value: problem}, horizon: problem.horizon, states, pairs, grid};

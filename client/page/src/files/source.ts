@@ -27,7 +27,7 @@ export function readSources(
   reader: Reader,
 ): {f: TimeFunction; g: TimeFunction} {
   if (!('pieces' in root))
-    return {f: readFunction(root, 'f', states, reader), g: readFunction(root, 'g', pairs, reader)};
+    return {f: readFunction(root, 'f', [], states, reader), g: readFunction(root, 'g', [], pairs, reader)};
   const f = create(TimeFunctionSchema);
   const g = create(TimeFunctionSchema);
   for (const key of ['f', 'g']) {
@@ -40,28 +40,30 @@ export function readSources(
   return {f, g};
 }
 
-function readFunction(root: JsonObject, key: string, size: number, reader: Reader): TimeFunction {
+/** The function under a key of the object at `at`. */
+export function readFunction(root: JsonObject, key: string, at: Path, size: number, reader: Reader): TimeFunction {
   const made = create(TimeFunctionSchema);
   const value = root[key];
+  const path = [...at, key];
   if (!isObject(value) || !('matrix' in value || 'pieces' in value)) {
-    made.pieces.push(create(TimePieceSchema, {kind: readOrZero(root, key, [], size, reader)}));
+    made.pieces.push(create(TimePieceSchema, {kind: readOrZero(root, key, at, size, reader)}));
     return made;
   }
   let components = size;
   if ('matrix' in value) {
-    made.lift = readMatrix(value.matrix, [key, 'matrix'], reader) ?? undefined;
+    made.lift = readMatrix(value.matrix, [...path, 'matrix'], reader) ?? undefined;
     components = shapeOf(made.lift).columns;
   }
   if ('pieces' in value) {
-    eachPiece(value.pieces, [key, 'pieces'], '{"t0": ..., "of": ...}', reader, (piece, start, path) => {
-      const of = reader.require(piece, 'of', path, 'it must hold the function from there on');
+    eachPiece(value.pieces, [...path, 'pieces'], '{"t0": ..., "of": ...}', reader, (piece, start, place) => {
+      const of = reader.require(piece, 'of', place, 'it must hold the function from there on');
       if (of === undefined) return;
-      made.pieces.push(create(TimePieceSchema, {start, kind: readSource(of, [...path, 'of'], components, reader)}));
+      made.pieces.push(create(TimePieceSchema, {start, kind: readSource(of, [...place, 'of'], components, reader)}));
     });
   } else {
-    const of = reader.require(value, 'of', [key], 'it must hold the functions that the matrix multiplies');
+    const of = reader.require(value, 'of', path, 'it must hold the functions that the matrix multiplies');
     if (of !== undefined)
-      made.pieces.push(create(TimePieceSchema, {kind: readSource(of, [key, 'of'], components, reader)}));
+      made.pieces.push(create(TimePieceSchema, {kind: readSource(of, [...path, 'of'], components, reader)}));
   }
   return made;
 }

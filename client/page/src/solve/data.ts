@@ -10,6 +10,7 @@ export interface SolveData {
   title: string;
   states: number;
   pairs: number;
+  outputs: number;
   horizon: number;
   /** Sizes of the grid that the states are the points of, where that is known. */
   grid: number[];

@@ -45,8 +45,12 @@ function number(value: number): string {
 /** A SolveResult of the contract. */
 class JsonWriter implements Writer {
   private readonly parts: {[field: string]: string[]} = {times: [], x: [], y: [], w: [], left: []};
+  /** For each output. */
+  private readonly outputs: string[][];
 
-  constructor(private readonly solved: Solved) {}
+  constructor(private readonly solved: Solved) {
+    this.outputs = solved.names.outputs.map(() => []);
+  }
 
   add(chunk: TrajectoryChunk): void {
     const put = (field: string, values: number[]) => {
@@ -56,11 +60,15 @@ class JsonWriter implements Writer {
     put('x', chunk.x);
     put('y', chunk.y);
     put('w', chunk.w);
+    const count = this.outputs.length;
+    this.outputs.forEach((parts, i) =>
+      parts.push(chunk.times.map((_, k) => number(chunk.outputs[k * count + i])).join(',')),
+    );
     for (const limit of chunk.leftLimits) this.parts.left.push(toJsonString(LeftLimitSchema, limit, options));
   }
 
   finish(): Blob {
-    const {title, job, analysis, summary} = this.solved;
+    const {title, job, analysis, summary, names} = this.solved;
     const list = (field: string) => ['[', this.parts[field].join(','), ']'];
     return new Blob(
       [
@@ -77,6 +85,12 @@ class JsonWriter implements Writer {
         ...list('left'),
         ',"w":',
         ...list('w'),
+        ',"outputs":[]},"outputs":{',
+        ...names.outputs.flatMap((name, i) => [
+          `${i > 0 ? ',' : ''}${JSON.stringify(name)}:[`,
+          this.outputs[i].join(','),
+          ']',
+        ]),
         '}}\n',
       ],
       {type: 'application/json'},
@@ -90,7 +104,7 @@ class CsvWriter implements Writer {
   private readonly parts: string[];
 
   constructor(solved: Solved) {
-    this.parts = [header(solved).join(',') + '\n'];
+    this.parts = [header(solved).map(quoted).join(',') + '\n'];
   }
 
   add(chunk: TrajectoryChunk): void {
@@ -106,7 +120,13 @@ class CsvWriter implements Writer {
   }
 }
 
+function quoted(text: string): string {
+  return /[,"\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
+
+/** Outputs take the place of x, y and w. */
 function header({names, states, pairs}: Solved): string[] {
+  if (names.outputs.length > 0) return ['t', ...names.outputs];
   const head = ['t'];
   for (let i = 0; i < states; ++i) head.push(names.x(i));
   for (let i = 0; i < pairs; ++i) head.push(names.y(i));
@@ -122,7 +142,7 @@ function rowsOf(chunk: TrajectoryChunk): number[][] {
   const times = chunk.times.length;
   return chunk.times.map((time, k) => {
     const row = [time];
-    for (const values of [chunk.x, chunk.y, chunk.w]) {
+    for (const values of chunk.outputs.length > 0 ? [chunk.outputs] : [chunk.x, chunk.y, chunk.w]) {
       const size = values.length / times;
       for (let i = 0; i < size; ++i) row.push(values[k * size + i]);
     }

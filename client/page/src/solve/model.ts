@@ -71,7 +71,7 @@ export class SolveModel {
   version = 0;
 
   get names(): Names {
-    return new Names(this.analysis?.stateNames, this.analysis?.pairNames);
+    return new Names(this.analysis?.stateNames, this.analysis?.pairNames, this.analysis?.outputNames);
   }
 
   onEvent(event: SolveEvent): void {

@@ -24,6 +24,7 @@ const eventsShare = 15;
 export interface Selection {
   xs: number[];
   ys: number[];
+  zs: number[];
   stride: number;
 }
 
@@ -32,8 +33,8 @@ export function all(count: number): number[] {
 }
 
 /** The stride with which `times` times of the selected components fit into the memory of the page. */
-export function strideFor(times: number, xs: number, ys: number): number {
-  return Math.max(1, Math.ceil((times * (xs + 2 * ys)) / mostValues));
+export function strideFor(times: number, xs: number, ys: number, zs: number): number {
+  return Math.max(1, Math.ceil((times * (xs + 2 * ys + zs)) / mostValues));
 }
 
 /**
@@ -64,16 +65,29 @@ async function readPages(
   }
 }
 
-function requestOf(name: string, {xs, ys, stride}: Selection, states: number, pairs: number): ReadTrajectoryRequest {
+/** How many components there are of each kind. */
+export interface Sizes {
+  states: number;
+  pairs: number;
+  outputs: number;
+}
+
+function requestOf(
+  name: string,
+  {xs, ys, zs, stride}: Selection,
+  {states, pairs, outputs}: Sizes,
+): ReadTrajectoryRequest {
   return create(ReadTrajectoryRequestSchema, {
     name,
     stride,
     // An empty list stands for all, which also keeps the request of a large system small.
     xComponents: xs.length === states ? [] : xs,
     yComponents: ys.length === pairs ? [] : ys,
+    outputComponents: zs.length === outputs ? [] : zs,
     omitX: xs.length === 0 && states > 0,
     omitY: ys.length === 0 && pairs > 0,
     omitW: ys.length === 0 && pairs > 0,
+    omitOutputs: zs.length === 0 && outputs > 0,
   });
 }
 
@@ -89,13 +103,12 @@ export class GrowingTrajectory {
   constructor(
     job: string,
     readonly selection: Selection,
-    states: number,
-    pairs: number,
+    sizes: Sizes,
     private readonly signal: AbortSignal,
     private readonly onChange: (error?: unknown) => void,
   ) {
-    this.trajectory = new Trajectory(selection.xs, selection.ys);
-    this.request = requestOf(job, selection, states, pairs);
+    this.trajectory = new Trajectory(selection.xs, selection.ys, selection.zs);
+    this.request = requestOf(job, selection, sizes);
   }
 
   /** There may be more to read. What is not urgent may wait for a later call. */

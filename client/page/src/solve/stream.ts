@@ -38,6 +38,7 @@ export class StreamedSolve {
       title: this.title,
       states: model.analysis?.states ?? 0,
       pairs: model.analysis?.constraints ?? 0,
+      outputs: model.analysis?.outputNames.length ?? 0,
       horizon: this.horizon,
       grid: this.grid,
       model,
@@ -87,7 +88,7 @@ export class StreamedSolve {
   private onChunk(chunk: TrajectoryChunk): void {
     this.chunks.push(chunk);
     const size = (values: number[]) => values.length / Math.max(1, chunk.times.length);
-    this.trajectory ??= new Trajectory(all(size(chunk.x)), all(size(chunk.y)));
+    this.trajectory ??= new Trajectory(all(size(chunk.x)), all(size(chunk.y)), all(size(chunk.outputs)));
     this.trajectory.add(chunk);
   }
 }

@@ -6,7 +6,7 @@ import type {SolveJob} from '../../generated/dlcs/v1/jobs_pb';
 import {JobState} from '../../generated/dlcs/v1/solver_pb';
 import {h} from '../dom';
 import {ago, bytes, duration, general, milliseconds, timeLeft} from '../format';
-import {canCancel, hasEnded, Names, stateWord} from '../names';
+import {canCancel, hasEnded, stateWord} from '../names';
 import {jobs, soon} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import type {SolveData} from '../solve/data';
@@ -111,6 +111,7 @@ export class JobView implements View {
       title: this.jobTitle,
       states: job?.states || model.analysis?.states || 0,
       pairs: job?.constraints || model.analysis?.constraints || 0,
+      outputs: model.analysis?.outputNames.length ?? 0,
       horizon: job?.horizon ?? 0,
       grid: this.grid,
       model,
@@ -215,18 +216,18 @@ export class JobView implements View {
   }
 
   private startReading(times: number): GrowingTrajectory {
-    const {states, pairs, model} = this.data;
-    const few = states + 2 * pairs <= mostComponents;
+    const {states, pairs, outputs, model} = this.data;
+    const few = states + 2 * pairs + outputs <= mostComponents;
     const {chosen} = this.panels;
     const some = (list: number[], total: number) => (list.length > 0 || total === 0 ? list : all(Math.min(total, 4)));
     const xs = few ? all(states) : some(chosen.states, states);
     const ys = few ? all(pairs) : some(chosen.pairs, pairs);
+    const zs = few ? all(outputs) : some(chosen.outputs, outputs);
     const steps = Math.max(times, model.analysis?.steps ?? 0);
     return new GrowingTrajectory(
       this.name,
-      {xs, ys, stride: strideFor(steps, xs.length, ys.length)},
-      states,
-      pairs,
+      {xs, ys, zs, stride: strideFor(steps, xs.length, ys.length, zs.length)},
+      {states, pairs, outputs},
       this.ended.signal,
       (error) => {
         if (error !== undefined) this.head.tell(errorText(error));
@@ -237,9 +238,10 @@ export class JobView implements View {
 
   // Other components were chosen than those that are held.
   private onChoice(): void {
-    const {states, pairs} = this.panels.chosen;
+    const {states, pairs, outputs} = this.panels.chosen;
     const held = this.reader?.selection;
-    if (held && !(states.every((i) => held.xs.includes(i)) && pairs.every((i) => held.ys.includes(i)))) {
+    const has = (all: number[], wanted: number[]) => wanted.every((i) => all.includes(i));
+    if (held && !(has(held.xs, states) && has(held.ys, pairs) && has(held.zs, outputs))) {
       this.reader = null;
       this.readOn();
     }
@@ -249,13 +251,12 @@ export class JobView implements View {
   }
 
   private async loadField(): Promise<Trajectory> {
-    const {states, pairs, model} = this.data;
+    const {states, pairs, outputs, model} = this.data;
     const times = model.summary?.times ?? model.storedTimes;
     const field = new GrowingTrajectory(
       this.name,
-      {xs: all(states), ys: all(pairs), stride: strideFor(times, states, pairs)},
-      states,
-      pairs,
+      {xs: all(states), ys: all(pairs), zs: [], stride: strideFor(times, states, pairs, 0)},
+      {states, pairs, outputs},
       this.ended.signal,
       (error) => {
         if (error !== undefined) this.head.tell(errorText(error));
@@ -267,11 +268,10 @@ export class JobView implements View {
 
   private async download(extension: string): Promise<void> {
     const {title, states, pairs, model} = this.data;
-    const names = new Names(model.analysis?.stateNames, model.analysis?.pairNames);
     const writer = writers[extension]({
       title,
       job: this.name,
-      names,
+      names: model.names,
       analysis: model.analysis,
       summary: model.summary,
       states,

@@ -6,6 +6,7 @@
 
 from . import aio
 from .client import Client, Iteration, iterate, solve
+from .deck import read_deck
 from .errors import (
     AlreadyExists,
     DeadlineExceeded,
@@ -19,6 +20,7 @@ from .errors import (
     Unavailable,
     Violation,
 )
+from .problem import Problem
 from .solution import Solution
 
 __all__ = [
@@ -31,6 +33,7 @@ __all__ = [
     "Iteration",
     "NotFound",
     "PermissionDenied",
+    "Problem",
     "ResourceExhausted",
     "Solution",
     "Unauthenticated",
@@ -38,5 +41,6 @@ __all__ = [
     "Violation",
     "aio",
     "iterate",
+    "read_deck",
     "solve",
 ]

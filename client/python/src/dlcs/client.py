@@ -199,8 +199,11 @@ def _split(kwargs: Dict[str, Any]) -> Client:
         return _CLIENTS[key]
 
 
-def solve(A: Any, B: Any, N: Any, M: Any, f: Any = None, g: Any = None, **kwargs: Any) -> Solution:
+def solve(A: Any, *args: Any, **kwargs: Any) -> Solution:
     """Solves x' = A x + B y + f(t), 0 <= y, w = N x + g(t) + M y >= 0, y'w = 0, x(begin) = x0.
+
+    solve(A, B, N, M, f=None, g=None, ...), or solve(problem, ...) with a Problem in place of these, x0, t_span, E,
+    breaks, rule and outputs.
 
     Args:
       A, B, N, M: m x m, m x n, n x m and n x n arrays or SciPy sparse matrices.
@@ -213,6 +216,8 @@ def solve(A: Any, B: Any, N: Any, M: Any, f: Any = None, g: Any = None, **kwargs
         given.
       breaks: times at which f or g, if callable, jumps or has a kink.
       rule: which y to take if there are several, such as "least-element".
+      outputs: further quantities of the result, {name: (row over x, row over y, h)} for each row x + row y + h(t); h is
+        a number or a formula, and what comes last may be left out.
       server, token, ca, cert, key, timeout, dlcsd: those of Client.
       Any option of SolveOptions by its name: method="event-driven", steps=1000, theta=0.5, ...
 
@@ -223,10 +228,10 @@ def solve(A: Any, B: Any, N: Any, M: Any, f: Any = None, g: Any = None, **kwargs
       Error: the call failed; InvalidArgument names the field and the rule.
     """
     client = _split(kwargs)
-    return client.solve(A, B, N, M, f, g, **kwargs)
+    return client.solve(A, *args, **kwargs)
 
 
-def iterate(A: Any, B: Any, N: Any, M: Any, f: Any = None, g: Any = None, **kwargs: Any) -> Iteration:
+def iterate(A: Any, *args: Any, **kwargs: Any) -> Iteration:
     """As solve(), but yields each iterate as it arrives; `solution` of the returned object is set at the end."""
     client = _split(kwargs)
-    return client.iterate(A, B, N, M, f, g, **kwargs)
+    return client.iterate(A, *args, **kwargs)

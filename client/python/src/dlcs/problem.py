@@ -103,7 +103,78 @@ def tolerance(value: Any) -> float:
     return float(tol)
 
 
-def solve_request(
+class Problem:
+    """A problem with its horizon, as read_deck() makes it. It takes the place of A, B, N, M, f, g, x0 and t_span.
+
+    Attributes:
+      message: the Problem message of the contract.
+      title: its title.
+      notes: what was ignored or assumed when it was read.
+    """
+
+    def __init__(self, message: Any, title: str = "", notes: Sequence[str] = ()):
+        self.message = message
+        self.title = title
+        self.notes = list(notes)
+
+    def __repr__(self) -> str:
+        return f"<dlcs.Problem: {self.title or 'untitled'}; t from 0 to {self.message.horizon!r}>"
+
+
+def solve_request(A: Any, *args: Any, **kwargs: Any) -> Any:
+    """The SolveRequest of a linear problem; the arguments are those of dlcs.solve()."""
+    if isinstance(A, Problem):
+        if args:
+            raise invalid("B", "is part of the problem")
+        return _request_of_problem(A, **kwargs)
+    return _request_of_arrays(A, *args, **kwargs)
+
+
+def _request_of_problem(
+    problem: Problem,
+    *,
+    t_eval: Optional[Sequence[float]] = None,
+    tol: Optional[float] = None,
+    title: str = "",
+    **options: Any,
+) -> Any:
+    for name in ("B", "N", "M", "f", "g", "E", "x0", "t_span", "breaks", "rule", "outputs"):
+        if name in options:
+            raise invalid(name, "is part of the problem")
+    request = messages.SolveRequest(title=text("title", title) or problem.title)
+    request.problem.CopyFrom(problem.message)
+    _set_run(request, options, tol, t_eval, 0.0)
+    return request
+
+
+def _outputs(given: Any, m: int, n: int, begin: float, end: float, tol: float) -> Any:
+    """The Outputs for {name: (row over x, row over y, h)}, of which the last ones may be missing or None."""
+    if not isinstance(given, dict):
+        raise invalid("outputs", f"{shortened(given)}; must be a dictionary of names and rows")
+    rows, names, h = [np.zeros((len(given), m)), np.zeros((len(given), n))], [], []
+    for k, (name, parts) in enumerate(given.items()):
+        field = f"outputs[{shortened(name)}]"
+        names.append(text(field, name))
+        if not isinstance(parts, (tuple, list)) or not 1 <= len(parts) <= 3:
+            raise invalid(field, f"{shortened(parts)}; must be (row over x, row over y, h)")
+        for matrix, row, size in zip(rows, parts, (m, n)):
+            if row is None:
+                continue
+            values = numbers(field, row, 1)
+            if values.size != size:
+                raise invalid(field, f"has a row of {values.size}; must have {size}")
+            matrix[k] = values
+        last = parts[2] if len(parts) == 3 else None
+        h.append(0.0 if last is None else last)
+    result = messages.Outputs(names=names)
+    if names:
+        for target, matrix in zip((result.c, result.d), rows):
+            target.CopyFrom(_matrix("outputs", matrix, *matrix.shape)[0])
+        result.h.CopyFrom(time_function("outputs", h, len(h), begin, end, tol, ()))
+    return result
+
+
+def _request_of_arrays(
     A: Any,
     B: Any,
     N: Any,
@@ -118,10 +189,10 @@ def solve_request(
     tol: Optional[float] = None,
     breaks: Sequence[float] = (),
     rule: Optional[str] = None,
+    outputs: Any = None,
     title: str = "",
     **options: Any,
 ) -> Any:
-    """The SolveRequest of a linear problem; the arguments are those of dlcs.solve()."""
     x0 = numbers("x0", x0, 1)
     m = x0.size
     if m == 0:
@@ -158,20 +229,30 @@ def solve_request(
             problem.rule = messages.enum_value("SolutionRule", name)
         except KeyError:
             raise invalid("rule", f'"{rule}" is unknown; for example "unique", "least-element", "least-norm"') from None
+    if outputs is not None:
+        problem.outputs.CopyFrom(_outputs(outputs, m, n, begin, end, accuracy))
+    _set_run(request, options, tol, t_eval, begin)
+    return request
+
+
+def _set_run(
+    request: Any, options: dict, tol: Optional[float], t_eval: Optional[Sequence[float]], begin: float
+) -> None:
+    """How the problem of the request is solved."""
     if "grid_times" in options:  # of the caller, whose span may begin anywhere
         options["grid_times"] = numbers("grid_times", options["grid_times"], 1) - begin
     _set_options(request.options, options)
     if tol is not None:
-        request.options.error_tolerance = accuracy
+        request.options.error_tolerance = tolerance(tol)
     if t_eval is not None:
         set_output_times(request, t_eval, begin)
-    return request
 
 
 def span_and_times(arguments: Dict[str, Any]) -> Tuple[float, Optional[np.ndarray]]:
     """The begin of t_span, and t_eval, of the arguments of a valid solve_request()."""
     times = arguments.get("t_eval")
-    return float(arguments["t_span"][0]), None if times is None else np.atleast_1d(np.asarray(times, dtype=float))
+    begin = float(arguments["t_span"][0]) if "t_span" in arguments else 0.0
+    return begin, None if times is None else np.atleast_1d(np.asarray(times, dtype=float))
 
 
 def set_output_times(request: Any, times: Sequence[float], begin: float, name: str = "t_eval") -> None:

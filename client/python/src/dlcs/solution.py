@@ -17,7 +17,10 @@ class Solution:
       t: k times.
       x: m x k states.
       y, w: n x k; at break points and at the start the right limits.
-      left_limits: pairs (time, y, w) where the left limits differ.
+      outputs: for each output of the problem its name and k values, right limits as of y.
+      measurements: for each measurement of the problem its name and value; None where it does not occur, and
+        summary.measurements says why.
+      left_limits: (time, y, w) where the left limits of y, w or an output differ.
       t_events: the switching times; the first is the begin of the span.
       status: 0 if the end was reached, -1 otherwise.
       success: the answer may be used: its error was controlled or estimated, and nothing contradicts it.
@@ -74,6 +77,11 @@ class Solution:
         else:
             self.t = np.asarray(times) + self._begin
         self.x, self.y, self.w = rows("x"), rows("y"), rows("w")
+        names = self.analysis.output_names if self.analysis is not None else []
+        self.outputs: Dict[str, np.ndarray] = dict(zip(names, rows("outputs")))
+        self.measurements: Dict[str, Optional[float]] = {
+            one.name: one.value if one.HasField("value") else None for one in self.summary.measurements
+        }
         self.left_limits = [
             (self.t[limit.index], np.asarray(limit.y), np.asarray(limit.w))
             for chunk in self._chunks

@@ -8,6 +8,7 @@ import {AnalysisPanel} from './analysis';
 import {CertificatePanel} from './certificate';
 import {ConvergencePanel} from './convergence';
 import {HeatMapPanel} from './heatmap';
+import {MeasurementsPanel} from './measurements';
 import type {Panel} from './panel';
 import {TrajectoriesPanel} from './trajectories';
 import {VerdictPanel} from './verdict';
@@ -25,6 +26,7 @@ export class Panels {
     this.panels = [
       new VerdictPanel(),
       this.trajectories,
+      new MeasurementsPanel(),
       new ConvergencePanel(),
       new WindowsPanel(),
       new HeatMapPanel(loadField),
@@ -42,7 +44,7 @@ export class Panels {
     });
   }
 
-  get chosen(): {states: number[]; pairs: number[]} {
+  get chosen(): {states: number[]; pairs: number[]; outputs: number[]} {
     return this.trajectories.chosen;
   }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chosen components of x, y and w over time, with the switching times, the earlier iterates of y faint behind, and the
-// active set below. All move together.
+// Chosen outputs and components of x, y and w over time, with the switching times, the earlier iterates of y faint
+// behind, and the active set below. All move together.
 
 import type uPlot from 'uplot';
 import {h, setText, show} from '../../dom';
@@ -18,6 +18,7 @@ export class TrajectoriesPanel implements Panel {
   readonly element: HTMLElement;
   private readonly range = new SharedRange();
   private readonly told = h('p', {class: 'now'});
+  private readonly outputs: Picker;
   private readonly states: Picker;
   private readonly pairs: Picker;
   private readonly plots: {[kind in Kind]: LinePlot};
@@ -32,6 +33,7 @@ export class TrajectoriesPanel implements Panel {
       this.redraw();
       this.onChoice();
     };
+    this.outputs = new Picker('Outputs', changed);
     this.states = new Picker('States', changed);
     this.pairs = new Picker('Pairs', changed);
     const plot = (kind: Kind, name: string) =>
@@ -45,9 +47,14 @@ export class TrajectoriesPanel implements Panel {
           if (kind === 'y') this.drawCurves(drawn);
         },
       });
-    this.plots = {x: plot('x', 'States x over time'), y: plot('y', 'y over time'), w: plot('w', 'w over time')};
+    this.plots = {
+      x: plot('x', 'States x over time'),
+      y: plot('y', 'y over time'),
+      w: plot('w', 'w over time'),
+      z: plot('z', 'Outputs over time'),
+    };
     const part = (kind: Kind, title: string) => h('div', {}, h('h3', {}, title), this.plots[kind].element);
-    this.parts = {x: part('x', 'States x'), y: part('y', 'y'), w: part('w', 'w')};
+    this.parts = {x: part('x', 'States x'), y: part('y', 'y'), w: part('w', 'w'), z: part('z', 'Outputs')};
     this.activePart = h(
       'div',
       {},
@@ -63,6 +70,7 @@ export class TrajectoriesPanel implements Panel {
       h(
         'div',
         {class: 'tools'},
+        this.outputs.element,
         this.states.element,
         this.pairs.element,
         h(
@@ -76,6 +84,7 @@ export class TrajectoriesPanel implements Panel {
         ),
       ),
       this.told,
+      this.parts.z,
       this.parts.x,
       this.parts.y,
       this.parts.w,
@@ -84,8 +93,8 @@ export class TrajectoriesPanel implements Panel {
   }
 
   /** The components that the plots need. */
-  get chosen(): {states: number[]; pairs: number[]} {
-    return {states: this.states.chosen, pairs: this.pairs.chosen};
+  get chosen(): {states: number[]; pairs: number[]; outputs: number[]} {
+    return {states: this.states.chosen, pairs: this.pairs.chosen, outputs: this.outputs.chosen};
   }
 
   destroy(): void {
@@ -97,6 +106,8 @@ export class TrajectoriesPanel implements Panel {
     const fresh = data.trajectory !== this.data?.trajectory;
     this.data = data;
     const {names} = data.model;
+    this.outputs.set(data.outputs, (i) => names.z(i));
+    show(this.outputs.element, data.outputs > 0);
     this.states.set(data.states, (i) => names.x(i));
     this.pairs.set(data.pairs, (i) => names.y(i));
     const {
@@ -120,7 +131,7 @@ export class TrajectoriesPanel implements Panel {
     show(this.element, length > 0 || running || !model.ended);
     setText(this.told, length > 0 || running ? '' : 'The solution appears here as soon as its first part is known.');
     show(this.told, this.told.textContent !== '');
-    const {states, pairs} = this.chosen;
+    const {states, pairs, outputs} = this.chosen;
     const lines = (kind: Kind, components: number[]): Line[] =>
       components.flatMap((i, k) => {
         const values = trajectory?.column(kind, i);
@@ -138,6 +149,7 @@ export class TrajectoriesPanel implements Panel {
         this.plots.y.set(...this.curveLines(pairs, horizon));
       }
     };
+    draw('z', outputs);
     draw('x', states);
     draw('y', pairs);
     draw('w', pairs);

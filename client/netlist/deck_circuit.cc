@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/netlist/deck_circuit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace dlcs::client {
+namespace {
+
+// Dense matrices of the formulation grow with the square.
+constexpr std::size_t kMaxElements = 2000;
+
+std::string NotSupported(const std::string& name, char kind) {
+  switch (kind) {
+    case 'm':
+    case 'q':
+    case 'j':
+    case 'z':
+      return fmt::format(
+          "{}: transistors are not supported; a switch S with a diode D replaces one that is turned "
+          "on and off",
+          name);
+    case 't':
+    case 'o':
+    case 'u':
+      return fmt::format("{}: transmission lines are not supported", name);
+    case 'a':
+      return fmt::format("{}: code models are not supported", name);
+    default:
+      return fmt::format("{}: an element that begins with {} is not known", name, name[0]);
+  }
+}
+
+bool HasOwnParameter(const DeckBody& body, const std::string& name) {
+  for (const DeckLine* line : body.parameters) {
+    const auto definitions = DefinitionsOf(*line, line->text.find_first_of(" \t"));
+    if (!definitions.ok()) continue;
+    for (const Definition& definition : *definitions) {
+      if (Lower(definition.name) == name) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+absl::Status DeckCircuit::AddAll(ParameterScope& global, double step, double stop) {
+  step_ = step;
+  circuit_.horizon = stop;
+  const Instance top{.prefix = "", .body = &parts_.top, .scope = &global, .nodes = {}, .around = nullptr, .depth = 0};
+  if (absl::Status status = Expand(top); !status.ok()) return status;
+  if (circuit_.elements.empty()) return absl::InvalidArgumentError("the deck has no element");
+  if (absl::Status status = ResolveControls(); !status.ok()) return status;
+  return ResolveCouplings();
+}
+
+Index DeckCircuit::NodeNamed(const std::string& lower) const {
+  const auto found = node_names_.find(lower);
+  return found == node_names_.end() ? -1 : found->second;
+}
+
+Index DeckCircuit::ElementNamed(const std::string& lower) const {
+  const auto found = element_names_.find(lower);
+  return found == element_names_.end() ? -1 : found->second;
+}
+
+Index DeckCircuit::NodeOf(const Instance& instance, const std::string& name) {
+  const std::string lower = Lower(name);
+  if (lower == "0" || lower == "gnd") {
+    node_names_.emplace(lower, 0);
+    return 0;
+  }
+  if (const auto port = instance.nodes.find(lower); port != instance.nodes.end()) return port->second;
+  const bool is_global = parts_.globals.contains(lower);
+  const std::string full = is_global ? lower : Lower(instance.prefix) + lower;
+  const auto [found, is_new] = node_names_.emplace(full, static_cast<Index>(circuit_.nodes.size()));
+  if (is_new) circuit_.nodes.push_back(is_global ? name : instance.prefix + name);
+  return found->second;
+}
+
+absl::Status DeckCircuit::Expand(const Instance& instance) {
+  for (const DeckLine* line : instance.body->elements) {
+    if (absl::Status status = AddElement(*line, instance); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status DeckCircuit::AddElement(const DeckLine& line, const Instance& instance) {
+  auto read = FieldsOf(line);
+  if (!read.ok()) return read.status();
+  const DeckFields& fields = *read;
+  if (circuit_.elements.size() >= kMaxElements) {
+    return DeckError(line.Place(), fmt::format("more than {} elements after expansion", kMaxElements));
+  }
+  Element element;
+  element.name = instance.prefix + fields.words[0].text;
+  element.place = line.Place();
+  const char kind = Lower(fields.words[0].text)[0];
+  switch (kind) {
+    case 'r':
+    case 'c':
+    case 'l':
+      return AddPassive(fields, instance, std::move(element), kind);
+    case 'k':
+      return AddCoupling(fields, instance);
+    case 'v':
+    case 'i':
+      return AddSource(fields, instance, std::move(element), kind);
+    case 'e':
+    case 'f':
+    case 'g':
+    case 'h':
+      return AddControlled(fields, instance, std::move(element), kind);
+    case 'b':
+      return AddBehavioral(fields, instance, element);
+    case 'd':
+      return AddDiode(fields, instance, std::move(element));
+    case 's':
+    case 'w':
+      return AddSwitch(fields, instance, std::move(element), kind);
+    case 'x':
+      return AddInstance(fields, instance);
+    default:
+      return DeckError(fields.Place(0), NotSupported(fields.words[0].text, kind));
+  }
+}
+
+absl::Status DeckCircuit::Store(Element element, const DeckFields& fields) {
+  const std::string lower = Lower(element.name);
+  const auto [other, is_new] = element_names_.emplace(lower, static_cast<Index>(circuit_.elements.size()));
+  if (!is_new) {
+    return DeckError(fields.Place(0), fmt::format("{} is there twice, first at {}", element.name,
+                                                  circuit_.elements[AsSize(other->second)].place));
+  }
+  circuit_.elements.push_back(std::move(element));
+  return absl::OkStatus();
+}
+
+// The element stored next is controlled by the current of the voltage source in word `k`.
+void DeckCircuit::PendControl(const Instance& instance, const DeckFields& fields, std::size_t k) {
+  pending_controls_.push_back(
+      {static_cast<Index>(circuit_.elements.size()), instance.prefix + fields.words[k].text, fields.Place(k)});
+}
+
+absl::Status DeckCircuit::AddInstance(const DeckFields& fields, const Instance& instance) {
+  if (absl::Status status = NeedWords(fields, 2, "XNAME NODE ... SUBCKT [NAME=VALUE ...]"); !status.ok()) return status;
+  std::size_t last = fields.words.size() - 1;
+  if (const std::string word = Lower(fields.words[last].text); word == "params:" || word == "params") --last;
+  const std::string name = Lower(fields.words[last].text);
+  const DeckSubcircuit* found = nullptr;
+  const Instance* home = &instance;
+  for (; home != nullptr; home = home->around) {
+    const auto place = home->body->subcircuits.find(name);
+    if (place == home->body->subcircuits.end()) continue;
+    found = &place->second;
+    break;
+  }
+  if (found == nullptr) {
+    return DeckError(fields.Place(last),
+                     fmt::format("{}: there is no .subckt {}", fields.words[0].text, fields.words[last].text));
+  }
+  if (instance.depth >= kMaxSubcircuitDepth) {
+    return DeckError(fields.Place(0), fmt::format("{}: subcircuits are nested deeper than {}; does {} contain itself?",
+                                                  fields.words[0].text, kMaxSubcircuitDepth, found->name));
+  }
+  if (last - 1 != found->ports.size()) {
+    return DeckError(fields.Place(0), fmt::format("{} has {} nodes, but .subckt {} has {}", fields.words[0].text,
+                                                  last - 1, found->name, found->ports.size()));
+  }
+  Instance inner{.prefix = instance.prefix + fields.words[0].text + ".",
+                 .body = found->body.get(),
+                 .scope = nullptr,
+                 .nodes = {},
+                 .around = home,
+                 .depth = instance.depth + 1};
+  for (std::size_t k = 0; k < found->ports.size(); ++k) {
+    inner.nodes[found->ports[k]] = NodeOf(instance, fields.words[k + 1].text);
+  }
+  ParameterScope scope(home->scope);
+  inner.scope = &scope;
+  const auto given = GiveParameters(fields, instance, *found, scope);
+  if (!given.ok()) return given.status();
+  if (absl::Status status = DefineParameters(found->body->parameters, *given, scope); !status.ok()) return status;
+  if (expanded_++ > kMaxElements)
+    return DeckError(fields.Place(0), fmt::format("more than {} subcircuits after expansion", kMaxElements));
+  return Expand(inner);
+}
+
+absl::StatusOr<std::set<std::string>> DeckCircuit::GiveParameters(const DeckFields& fields, const Instance& instance,
+                                                                  const DeckSubcircuit& subcircuit,
+                                                                  ParameterScope& scope) {
+  std::vector<std::string> own;
+  std::set<std::string> given;
+  for (std::size_t k = 0; k < subcircuit.defaults.size(); k += 2) own.push_back(Lower(subcircuit.defaults[k].text));
+  for (const auto& [name, word] : fields.named) {
+    if (std::find(own.begin(), own.end(), name) == own.end() && !HasOwnParameter(*subcircuit.body, name)) {
+      return DeckError(fields.line->Place(word.offset),
+                       fmt::format("{}: .subckt {} has no parameter {}", fields.words[0].text, subcircuit.name, name));
+    }
+    const auto value = Value(fields, word, instance);
+    if (!value.ok()) return value.status();
+    scope.DefineValue(name, *value);
+    given.insert(name);
+  }
+  for (std::size_t k = 0; k < subcircuit.defaults.size(); k += 2) {
+    scope.Define(Lower(subcircuit.defaults[k].text), subcircuit.defaults[k + 1].text);
+  }
+  return given;
+}
+
+absl::Status DeckCircuit::ResolveControls() {
+  for (const PendingControl& control : pending_controls_) {
+    const Index element = ElementNamed(Lower(control.name));
+    if (element < 0 || circuit_.elements[AsSize(element)].kind != ElementKind::kVoltageSource) {
+      return DeckError(control.place,
+                       fmt::format("{}: \"{}\" is no voltage source; a current is measured in one (0 V will do)",
+                                   circuit_.elements[AsSize(control.element)].name, control.name));
+    }
+    circuit_.elements[AsSize(control.element)].control_element = element;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status DeckCircuit::ResolveCouplings() {
+  std::set<std::pair<Index, Index>> coupled;
+  for (const PendingCoupling& coupling : pending_couplings_) {
+    const auto inductor = [&](const std::string& name) {
+      const Index element = ElementNamed(Lower(name));
+      return element >= 0 && circuit_.elements[AsSize(element)].kind == ElementKind::kInductor ? element : Index{-1};
+    };
+    const Index one = inductor(coupling.one), other = inductor(coupling.other);
+    if (one < 0)
+      return DeckError(coupling.one_place, fmt::format("{}: \"{}\" is no inductor", coupling.name, coupling.one));
+    if (other < 0)
+      return DeckError(coupling.other_place, fmt::format("{}: \"{}\" is no inductor", coupling.name, coupling.other));
+    if (one == other)
+      return DeckError(coupling.one_place, fmt::format("{} couples {} with itself", coupling.name, coupling.one));
+    if (!coupled.insert(std::minmax(one, other)).second) {
+      return DeckError(coupling.one_place,
+                       fmt::format("{}: {} and {} are coupled twice", coupling.name, coupling.one, coupling.other));
+    }
+    if (!(std::abs(coupling.value) < 1) || coupling.value == 0) {
+      return DeckError(coupling.value_place,
+                       fmt::format("{}: a coupling of {:g}; must be between 0 and 1, without both. 1 is not supported: "
+                                   "0.9999 leaves a leakage",
+                                   coupling.name, coupling.value));
+    }
+    circuit_.couplings.push_back({coupling.name, one, other, coupling.value});
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// The elements of a deck as a circuit, subcircuits expanded.
+
+#ifndef DLCS_CLIENT_NETLIST_DECK_CIRCUIT_H_
+#define DLCS_CLIENT_NETLIST_DECK_CIRCUIT_H_
+
+#include <cstddef>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/netlist/deck_fields.h"
+#include "client/netlist/deck_options.h"
+#include "client/netlist/deck_parts.h"
+#include "client/netlist/deck_values.h"
+#include "client/netlist/spice_expression.h"
+#include "core/circuits/circuit.h"
+
+namespace dlcs::client {
+
+inline std::size_t AsSize(Index index) { return static_cast<std::size_t>(index); }
+
+class DeckCircuit {
+ public:
+  // `parts` and `notes` must outlive it.
+  DeckCircuit(const DeckParts& parts, const DeckOptions& options, DeckNotes& notes)
+      : parts_(parts), options_(options), notes_(notes) {
+    circuit_.nodes = {"0"};
+  }
+
+  // Adds all elements; `step` and `stop` are those of .tran. Errors: InvalidArgument with the place.
+  absl::Status AddAll(ParameterScope& global, double step, double stop);
+
+  Circuit& circuit() { return circuit_; }
+  // By name in small letters, with the names of instances; -1 if there is none.
+  Index NodeNamed(const std::string& lower) const;
+  Index ElementNamed(const std::string& lower) const;
+
+ private:
+  // A part of the circuit: the deck itself, or one instance of a subcircuit.
+  struct Instance {
+    std::string prefix;  // "X1." in front of names
+    const DeckBody* body = nullptr;
+    ParameterScope* scope = nullptr;
+    std::map<std::string, Index> nodes;  // of its ports, in small letters
+    const Instance* around = nullptr;    // where it is defined: models and subcircuits are looked up there too
+    int depth = 0;
+  };
+  // A source or switch that the current of an element controls, and two inductors that are coupled: names that may be
+  // used before they are defined.
+  struct PendingControl {
+    Index element;
+    std::string name, place;
+  };
+  struct PendingCoupling {
+    std::string name, one, other;
+    double value;
+    std::string one_place, other_place, value_place;
+  };
+
+  absl::StatusOr<double> Value(const DeckFields& fields, const DeckWord& word, const Instance& instance) {
+    return ValueOf(*fields.line, word, *instance.scope, notes_);
+  }
+
+  // deck_circuit.cc
+  Index NodeOf(const Instance& instance, const std::string& name);
+  absl::Status Expand(const Instance& instance);
+  absl::Status AddElement(const DeckLine& line, const Instance& instance);
+  absl::Status Store(Element element, const DeckFields& fields);
+  void PendControl(const Instance& instance, const DeckFields& fields, std::size_t k);
+  absl::Status AddInstance(const DeckFields& fields, const Instance& instance);
+  absl::StatusOr<std::set<std::string>> GiveParameters(const DeckFields& fields, const Instance& instance,
+                                                       const DeckSubcircuit& subcircuit, ParameterScope& scope);
+  absl::Status ResolveControls();
+  absl::Status ResolveCouplings();
+
+  // deck_elements.cc
+  absl::Status AddPassive(const DeckFields& fields, const Instance& instance, Element element, char kind);
+  absl::Status AddCoupling(const DeckFields& fields, const Instance& instance);
+  absl::Status AddSource(const DeckFields& fields, const Instance& instance, Element element, char kind);
+  absl::StatusOr<const DeckModel*> ModelOf(const DeckFields& fields, std::size_t k, const Instance& instance,
+                                           const std::set<std::string>& types);
+  absl::Status AddDiode(const DeckFields& fields, const Instance& instance, Element element);
+  absl::Status AddSwitch(const DeckFields& fields, const Instance& instance, Element element, char kind);
+
+  // deck_controlled.cc
+  absl::Status AddControlled(const DeckFields& fields, const Instance& instance, Element element, char kind);
+  absl::Status AddBehavioral(const DeckFields& fields, const Instance& instance, const Element& element);
+  absl::Status AddLinear(const DeckFields& fields, const Instance& instance, const Element& whole, bool is_voltage,
+                         const LinearValue& value, std::size_t offset);
+
+  const DeckParts& parts_;
+  const DeckOptions options_;
+  DeckNotes& notes_;
+  Circuit circuit_;
+  double step_ = 0;
+  std::map<std::string, Index> node_names_, element_names_;  // in small letters, with the names of instances
+  std::vector<PendingControl> pending_controls_;
+  std::vector<PendingCoupling> pending_couplings_;
+  std::size_t expanded_ = 0;
+};
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_NETLIST_DECK_CIRCUIT_H_

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// Elements of two nodes, and couplings.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cctype>
+#include <utility>
+
+#include "client/netlist/deck_circuit.h"
+#include "client/netlist/deck_models.h"
+#include "client/netlist/deck_waveforms.h"
+
+namespace dlcs::client {
+
+absl::Status DeckCircuit::AddPassive(const DeckFields& fields, const Instance& instance, Element element, char kind) {
+  const std::string key(1, kind);
+  const bool by_name = fields.named.contains(key);
+  const std::string form =
+      fmt::format("{}NAME NODE NODE VALUE{}", static_cast<char>(std::toupper(kind)), kind == 'r' ? "" : " [IC=VALUE]");
+  if (absl::Status status = NeedWords(fields, by_name ? 3 : 4, form.c_str()); !status.ok()) return status;
+  element.kind = kind == 'r' ? ElementKind::kResistor : kind == 'c' ? ElementKind::kCapacitor : ElementKind::kInductor;
+  element.plus = NodeOf(instance, fields.words[1].text);
+  element.minus = NodeOf(instance, fields.words[2].text);
+  const auto value = Value(fields, by_name ? fields.named.at(key) : fields.words[3], instance);
+  if (!value.ok()) return value.status();
+  element.value = *value;
+  if (!(element.value > 0)) {
+    return DeckError(by_name ? fields.line->Place(fields.named.at(key).offset) : fields.Place(3),
+                     fmt::format("{} has a value of {:g}; must be above 0{}", element.name, element.value,
+                                 kind == 'r' ? " (a voltage source of 0 V is a short)" : ""));
+  }
+  std::set<std::string> known = {key};
+  if (kind != 'r') {
+    known.insert("ic");
+    if (const auto ic = fields.named.find("ic"); ic != fields.named.end()) {
+      const auto initial = Value(fields, ic->second, instance);
+      if (!initial.ok()) return initial.status();
+      element.initial = *initial;
+    }
+  }
+  if (absl::Status status = RefuseRest(fields, by_name ? 3 : 4, known); !status.ok()) return status;
+  return Store(std::move(element), fields);
+}
+
+absl::Status DeckCircuit::AddCoupling(const DeckFields& fields, const Instance& instance) {
+  if (absl::Status status = NeedWords(fields, 4, "KNAME L1 L2 [L3 ...] VALUE"); !status.ok()) return status;
+  if (absl::Status status = RefuseRest(fields, fields.words.size(), {}); !status.ok()) return status;
+  const auto value = Value(fields, fields.words.back(), instance);
+  if (!value.ok()) return value.status();
+  for (std::size_t one = 1; one + 1 < fields.words.size(); ++one) {
+    for (std::size_t other = one + 1; other + 1 < fields.words.size(); ++other) {
+      pending_couplings_.push_back({instance.prefix + fields.words[0].text, instance.prefix + fields.words[one].text,
+                                    instance.prefix + fields.words[other].text, *value, fields.Place(one),
+                                    fields.Place(other), fields.Place(fields.words.size() - 1)});
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status DeckCircuit::AddSource(const DeckFields& fields, const Instance& instance, Element element, char kind) {
+  if (absl::Status status = NeedWords(fields, 3, "VNAME NODE NODE VALUE"); !status.ok()) return status;
+  element.kind = kind == 'v' ? ElementKind::kVoltageSource : ElementKind::kCurrentSource;
+  element.plus = NodeOf(instance, fields.words[1].text);
+  element.minus = NodeOf(instance, fields.words[2].text);
+  element.source = ConstantWave{0};
+  std::size_t k = 3;
+  bool has_function = false;
+  while (k < fields.words.size()) {
+    const std::string word = fields.words[k].is_expression ? "" : Lower(fields.words[k].text);
+    if (word == "ac") {
+      // Of another analysis: magnitude and phase.
+      ++k;
+      while (k < fields.words.size() && ReadSpiceNumber(fields.words[k].text)) ++k;
+      continue;
+    }
+    if (word == "dc") {
+      if (++k == fields.words.size()) return DeckError(fields.Place(k), "DC needs a value");
+    } else if (!word.empty() && std::isalpha(static_cast<unsigned char>(word[0])) != 0 && word != "(") {
+      if (has_function) return DeckError(fields.Place(k), fmt::format("{} has two functions", element.name));
+      const auto wave =
+          ReadWaveform(fields, k, {step_, circuit_.horizon, options_.ideal_edges}, *instance.scope, notes_);
+      if (!wave.ok()) return wave.status();
+      element.source = *wave;
+      has_function = true;
+      continue;
+    }
+    const auto value = Value(fields, fields.words[k], instance);
+    if (!value.ok()) return value.status();
+    if (!has_function) element.source = ConstantWave{*value};
+    ++k;
+  }
+  if (absl::Status status = RefuseRest(fields, fields.words.size(), {}); !status.ok()) return status;
+  if (const std::string fault = FaultOf(element.source); !fault.empty()) {
+    return DeckError(fields.line->Place(), fmt::format("{}: {}", element.name, fault));
+  }
+  return Store(std::move(element), fields);
+}
+
+absl::StatusOr<const DeckModel*> DeckCircuit::ModelOf(const DeckFields& fields, std::size_t k, const Instance& instance,
+                                                      const std::set<std::string>& types) {
+  const DeckModel* model = nullptr;
+  for (const Instance* place = &instance; place != nullptr && model == nullptr; place = place->around) {
+    const auto found = place->body->models.find(Lower(fields.words[k].text));
+    if (found != place->body->models.end()) model = &found->second;
+  }
+  if (model == nullptr) {
+    return DeckError(fields.Place(k),
+                     fmt::format("{}: there is no .model {}", fields.words[0].text, fields.words[k].text));
+  }
+  if (!types.contains(model->type)) {
+    return DeckError(fields.Place(k), fmt::format("{}: .model {} is of type {}; must be {}", fields.words[0].text,
+                                                  fields.words[k].text, model->type, fmt::join(types, " or ")));
+  }
+  return model;
+}
+
+absl::Status DeckCircuit::AddDiode(const DeckFields& fields, const Instance& instance, Element element) {
+  if (absl::Status status = NeedWords(fields, 4, "DNAME ANODE CATHODE MODEL [AREA]"); !status.ok()) return status;
+  element.kind = ElementKind::kDiode;
+  element.plus = NodeOf(instance, fields.words[1].text);
+  element.minus = NodeOf(instance, fields.words[2].text);
+  const auto model = ModelOf(fields, 3, instance, {"d"});
+  if (!model.ok()) return model.status();
+  double area = 1;
+  std::size_t used = 4;
+  if (fields.words.size() > used && Lower(fields.words[used].text) != "off") {
+    const auto given = Value(fields, fields.words[used], instance);
+    if (!given.ok()) return given.status();
+    area = *given;
+    ++used;
+  } else if (const auto named = fields.named.find("area"); named != fields.named.end()) {
+    const auto given = Value(fields, named->second, instance);
+    if (!given.ok()) return given.status();
+    area = *given;
+  }
+  if (!(area > 0))
+    return DeckError(fields.Place(4), fmt::format("{}: an area of {:g}; must be above 0", element.name, area));
+  if (fields.words.size() > used && Lower(fields.words[used].text) == "off") ++used;
+  if (absl::Status status = RefuseRest(fields, used, {"area"}); !status.ok()) return status;
+  const auto diode = DiodeOf(**model, fields.words[3].text, area, options_, *instance.scope, notes_);
+  if (!diode.ok()) return diode.status();
+  element.diode = *diode;
+  return Store(std::move(element), fields);
+}
+
+absl::Status DeckCircuit::AddSwitch(const DeckFields& fields, const Instance& instance, Element element, char kind) {
+  const bool by_voltage = kind == 's';
+  const std::size_t at = by_voltage ? 5 : 4;
+  const char* form =
+      by_voltage ? "SNAME NODE NODE CONTROL+ CONTROL- MODEL [ON|OFF]" : "WNAME NODE NODE VNAME MODEL [ON|OFF]";
+  if (absl::Status status = NeedWords(fields, at + 1, form); !status.ok()) return status;
+  element.kind = ElementKind::kSwitch;
+  element.plus = NodeOf(instance, fields.words[1].text);
+  element.minus = NodeOf(instance, fields.words[2].text);
+  const auto model = ModelOf(fields, at, instance, {by_voltage ? "sw" : "csw"});
+  if (!model.ok()) return model.status();
+  const auto switching = SwitchOf(**model, fields.words[at].text, by_voltage, *instance.scope, notes_);
+  if (!switching.ok()) return switching.status();
+  element.switching = *switching;
+  if (by_voltage) {
+    element.control_plus = NodeOf(instance, fields.words[3].text);
+    element.control_minus = NodeOf(instance, fields.words[4].text);
+  } else {
+    PendControl(instance, fields, 3);
+  }
+  std::size_t used = at + 1;
+  if (fields.words.size() > used) {
+    const std::string word = Lower(fields.words[used].text);
+    if (word == "on" || word == "off") {
+      element.switching.starts_closed = word == "on";
+      ++used;
+    }
+  }
+  if (absl::Status status = RefuseRest(fields, used, {}); !status.ok()) return status;
+  return Store(std::move(element), fields);
+}
+
+}  // namespace dlcs::client

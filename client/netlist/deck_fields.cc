@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/netlist/deck_fields.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+namespace dlcs::client {
+namespace {
+
+// The expression of a B element needs no braces: it ends with the line.
+void JoinExpression(const DeckLine& line, std::vector<DeckWord>& words) {
+  if (words.size() < 6 || words[4].text != "=" || words[5].is_expression) return;
+  words[5] = {Trimmed(std::string_view(line.text).substr(words[5].offset)), words[5].offset, true};
+  words.resize(6);
+}
+
+}  // namespace
+
+std::string DeckFields::Place(std::size_t k) const { return line->Place(words[std::min(k, words.size() - 1)].offset); }
+
+absl::StatusOr<DeckFields> FieldsOf(const DeckLine& line) {
+  DeckFields fields{&line, {}, {}};
+  std::vector<DeckWord> words = WordsOf(line);
+  if (Lower(line.text)[0] == 'b') JoinExpression(line, words);
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    if (k + 1 < words.size() && words[k + 1].text == "=" && !words[k + 1].is_expression) {
+      if (k + 2 >= words.size()) return DeckError(line.Place(words[k].offset), "a value is missing after =");
+      if (!fields.named.emplace(Lower(words[k].text), words[k + 2]).second) {
+        return DeckError(line.Place(words[k].offset), fmt::format("{} is given twice", words[k].text));
+      }
+      k += 2;
+    } else {
+      fields.words.push_back(words[k]);
+    }
+  }
+  if (fields.words.empty()) return DeckError(line.Place(), "an element needs a name");
+  return fields;
+}
+
+absl::Status NeedWords(const DeckFields& fields, std::size_t count, const std::string& form) {
+  if (fields.words.size() >= count) return absl::OkStatus();
+  return DeckError(fields.line->Place(),
+                   fmt::format("{} has too few fields; it is written {}", fields.words[0].text, form));
+}
+
+absl::Status RefuseRest(const DeckFields& fields, std::size_t used, const std::set<std::string>& names) {
+  if (fields.words.size() > used) {
+    return DeckError(fields.Place(used),
+                     fmt::format("{}: \"{}\" is not supported here", fields.words[0].text, fields.words[used].text));
+  }
+  for (const auto& [name, word] : fields.named) {
+    if (names.contains(name)) continue;
+    return DeckError(fields.line->Place(word.offset),
+                     fmt::format("{}: {}={} is not supported", fields.words[0].text, name, word.text));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace dlcs::client

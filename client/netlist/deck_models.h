@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Diodes and switches from .model lines.
+
+#ifndef DLCS_CLIENT_NETLIST_DECK_MODELS_H_
+#define DLCS_CLIENT_NETLIST_DECK_MODELS_H_
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "client/netlist/deck_options.h"
+#include "client/netlist/deck_parts.h"
+#include "client/netlist/deck_values.h"
+#include "client/netlist/spice_expression.h"
+#include "core/circuits/circuit.h"
+
+namespace dlcs::client {
+
+// A piecewise linear diode of `area` times the size, by the rule of `options`. Parameters that such a diode does not
+// have are noted. Errors: InvalidArgument with the place, of parameters that are not known or have no meaning.
+absl::StatusOr<DiodeModel> DiodeOf(const DeckModel& model, const std::string& name, double area,
+                                   const DeckOptions& options, ParameterScope& scope, DeckNotes& notes);
+
+// A switch that a voltage, or a current, controls. Errors: as above.
+absl::StatusOr<SwitchModel> SwitchOf(const DeckModel& model, const std::string& name, bool by_voltage,
+                                     ParameterScope& scope, DeckNotes& notes);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_NETLIST_DECK_MODELS_H_

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/netlist/deck_waveforms.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cctype>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace dlcs::client {
+namespace {
+
+absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begin, const std::string& name,
+                                      const std::vector<double>& values, const WaveformDefaults& missing,
+                                      DeckNotes& notes) {
+  const auto at = [&values](std::size_t k, double otherwise) { return k < values.size() ? values[k] : otherwise; };
+  const auto too_many = [&](std::size_t most) {
+    return DeckError(fields.Place(begin),
+                     fmt::format("{} takes at most {} numbers, not {}", name, most, values.size()));
+  };
+  const auto too_few = [&](std::size_t least) {
+    return DeckError(fields.Place(begin),
+                     fmt::format("{} takes at least {} numbers, not {}", name, least, values.size()));
+  };
+  const double stop = missing.stop;
+  if (name == "pulse") {
+    if (values.size() < 2) return too_few(2);
+    if (values.size() == 8) return DeckError(fields.Place(begin), "the number of pulses of PULSE is not supported");
+    if (values.size() > 8) return too_many(7);
+    PulseWave wave{.low = values[0],
+                   .high = values[1],
+                   .delay = at(2, 0),
+                   .rise = at(3, 0),
+                   .fall = at(4, 0),
+                   .width = at(5, 0),
+                   .period = at(6, 0)};
+    std::vector<std::string> defaults;
+    const double ramp = missing.ideal_edges ? 0 : missing.step;
+    if (wave.rise == 0 && ramp > 0) {
+      wave.rise = ramp;
+      defaults.push_back(fmt::format("TR = TSTEP = {:g} s", ramp));
+    }
+    if (wave.fall == 0 && ramp > 0) {
+      wave.fall = ramp;
+      defaults.push_back(fmt::format("TF = TSTEP = {:g} s", ramp));
+    }
+    if (wave.width == 0) {
+      wave.width = stop;
+      defaults.push_back(fmt::format("PW = TSTOP = {:g} s", stop));
+    }
+    if (wave.period == 0) wave.period = std::numeric_limits<double>::infinity();
+    if (wave.rise + wave.width + wave.fall > wave.period * (1 + 1e-6)) {
+      notes.Add(fmt::format("{}: PULSE of {}: TR + PW + TF = {:g} s is longer than PER = {:g} s, which cuts it",
+                            fields.Place(begin), fields.words[0].text, wave.rise + wave.width + wave.fall,
+                            wave.period));
+    }
+    if (!defaults.empty()) {
+      notes.Add(fmt::format("{}: PULSE of {} has {}, as in SPICE{}", fields.Place(begin), fields.words[0].text,
+                            fmt::join(defaults, ", "), ramp > 0 ? "; with --ideal-edges missing ramps are jumps" : ""));
+    }
+    return wave;
+  }
+  if (name == "sin" || name == "sine") {
+    if (values.size() < 2) return too_few(2);
+    if (values.size() > 6) return too_many(6);
+    return SineWave{.offset = values[0],
+                    .amplitude = values[1],
+                    .frequency = at(2, 1 / stop),
+                    .delay = at(3, 0),
+                    .damping = at(4, 0),
+                    .phase = at(5, 0)};
+  }
+  if (name == "exp") {
+    if (values.size() < 2) return too_few(2);
+    if (values.size() > 6) return too_many(6);
+    const double step = missing.step > 0 ? missing.step : stop / 50;
+    const double rise_delay = at(2, 0);
+    return ExponentialWave{.first = values[0],
+                           .second = values[1],
+                           .rise_delay = rise_delay,
+                           .rise = at(3, step),
+                           .fall_delay = at(4, rise_delay + step),
+                           .fall = at(5, step)};
+  }
+  if (name == "sffm") {
+    if (values.size() < 2) return too_few(2);
+    if (values.size() > 5) return too_many(5);
+    return FrequencyModulatedWave{.offset = values[0],
+                                  .amplitude = values[1],
+                                  .carrier = at(2, 1 / stop),
+                                  .index = at(3, 0),
+                                  .signal = at(4, 1 / stop)};
+  }
+  if (name == "pwl") {
+    if (values.size() < 2 || values.size() % 2 != 0) {
+      return DeckError(fields.Place(begin), "PWL takes pairs of time and value");
+    }
+    PiecewiseLinearWave wave;
+    for (std::size_t k = 0; k < values.size(); k += 2) {
+      wave.times.push_back(values[k]);
+      wave.values.push_back(values[k + 1]);
+    }
+    return wave;
+  }
+  return DeckError(fields.Place(begin), fmt::format("{}: the function {} is not supported; known are PULSE, SIN, PWL, "
+                                                    "EXP and SFFM",
+                                                    fields.words[0].text, fields.words[begin].text));
+}
+
+}  // namespace
+
+absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, const WaveformDefaults& defaults,
+                                      ParameterScope& scope, DeckNotes& notes) {
+  const std::size_t begin = k;
+  const std::string name = Lower(fields.words[k++].text);
+  std::vector<double> values;
+  const bool in_parentheses = k < fields.words.size() && fields.words[k].text == "(";
+  if (in_parentheses) ++k;
+  bool closed = false;
+  int inner = 0;  // PWL may have its points in parentheses
+  for (; k < fields.words.size(); ++k) {
+    const std::string& text = fields.words[k].text;
+    if (text == "(") {
+      ++inner;
+      continue;
+    }
+    if (text == ")") {
+      if (inner-- > 0) continue;
+      closed = true;
+      ++k;
+      break;
+    }
+    const bool is_word = !fields.words[k].is_expression && std::isalpha(static_cast<unsigned char>(text[0])) != 0;
+    if (!in_parentheses && is_word) break;
+    const auto value = ValueOf(*fields.line, fields.words[k], scope, notes);
+    if (!value.ok()) return value.status();
+    values.push_back(*value);
+  }
+  if (in_parentheses && !closed) return DeckError(fields.Place(begin), fmt::format("{}: \")\" is missing", name));
+  return MakeWaveform(fields, begin, name, values, defaults, notes);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// The functions of independent sources: PULSE, SIN, PWL, EXP, SFFM.
+
+#ifndef DLCS_CLIENT_NETLIST_DECK_WAVEFORMS_H_
+#define DLCS_CLIENT_NETLIST_DECK_WAVEFORMS_H_
+
+#include <cstddef>
+
+#include "absl/status/statusor.h"
+#include "client/netlist/deck_fields.h"
+#include "client/netlist/deck_values.h"
+#include "core/circuits/waveform.h"
+
+namespace dlcs::client {
+
+// What SPICE takes for numbers that are missing.
+struct WaveformDefaults {
+  double step = 0;  // TSTEP
+  double stop = 0;  // TSTOP
+  bool ideal_edges = false;
+};
+
+// The function that begins with word `k`, with its numbers in parentheses or without; `k` moves behind it. Errors:
+// InvalidArgument with the place.
+absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, const WaveformDefaults& defaults,
+                                      ParameterScope& scope, DeckNotes& notes);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_NETLIST_DECK_WAVEFORMS_H_

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/netlist/measurements.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "client/netlist/deck_values.h"
+#include "client/netlist/deck_words.h"
+
+namespace dlcs::client {
+namespace {
+
+// One line, item by item.
+class MeasurementReader {
+ public:
+  MeasurementReader(const DeckLine& line, double horizon, ParameterScope& scope, const DeckCircuit& circuit,
+                    DeckNotes& notes)
+      : line_(line), items_(ItemsOf(line)), horizon_(horizon), scope_(scope), circuit_(circuit), notes_(notes) {}
+
+  // Nothing for another analysis.
+  absl::StatusOr<std::optional<DeckMeasurement>> Read() {
+    static const std::set<std::string> kOtherAnalyses = {"ac", "dc", "op", "noise", "sp", "tf", "disto"};
+    if (kOtherAnalyses.contains(Word(1))) {
+      notes_.Add(
+          fmt::format("{}: {} {} is ignored: only .tran is solved", line_.Place(), items_[0].text, items_[1].text));
+      return std::nullopt;
+    }
+    at_ = Word(1) == "tran" ? 2 : 1;
+    if (at_ >= items_.size()) return Fail("needs a name and what is measured, as in .meas tran mean AVG V(out)");
+    made_.measurement.name = items_[at_++].text;
+    const absl::Status read = ReadKind();
+    if (!read.ok()) return read;
+    if (at_ < items_.size()) return Fail(fmt::format("\"{}\" is not supported here", items_[at_].text), at_);
+    return std::move(made_);
+  }
+
+ private:
+  // In small letters; empty behind the end.
+  std::string Word(std::size_t k) const { return k < items_.size() ? Lower(items_[k].text) : ""; }
+
+  absl::Status Fail(const std::string& why, std::size_t item = 0) const {
+    const std::string place = item < items_.size() ? line_.Place(items_[item].offset) : line_.Place();
+    return DeckError(place, made_.measurement.name.empty()
+                                ? fmt::format("{} {}", items_[0].text, why)
+                                : fmt::format("{} {}: {}", items_[0].text, made_.measurement.name, why));
+  }
+
+  absl::Status ReadKind() {
+    static const std::map<std::string, MeasurementKind> kOverTime = {
+        {"avg", MeasurementKind::kAverage},    {"rms", MeasurementKind::kRms},
+        {"integ", MeasurementKind::kIntegral}, {"integral", MeasurementKind::kIntegral},
+        {"min", MeasurementKind::kMinimum},    {"max", MeasurementKind::kMaximum},
+        {"pp", MeasurementKind::kPeakToPeak}};
+    Measurement& measurement = made_.measurement;
+    const std::size_t keyword = at_;
+    const std::string kind = Word(at_++);
+    if (const auto found = kOverTime.find(kind); found != kOverTime.end()) {
+      measurement.kind = found->second;
+      if (absl::Status status = TakeQuantity(made_.measured); !status.ok()) return status;
+      return TakeWindow();
+    }
+    if (kind == "find") {
+      measurement.kind = MeasurementKind::kValue;
+      if (absl::Status status = TakeQuantity(made_.measured); !status.ok()) return status;
+      if (Word(at_) == "at") return TakeInstant(measurement.at.emplace(), made_.at);
+      if (Word(at_) != "when") return Fail("FIND needs AT=time or WHEN quantity=level", at_);
+      ++at_;
+      return TakeCondition(measurement.at.emplace(), made_.at);
+    }
+    if (kind == "when") {
+      measurement.kind = MeasurementKind::kTime;
+      return TakeCondition(measurement.at.emplace(), made_.at);
+    }
+    if (kind == "trig") {
+      measurement.kind = MeasurementKind::kDelay;
+      if (absl::Status status = TakeInstant(measurement.at.emplace(), made_.at); !status.ok()) return status;
+      if (Word(at_) != "targ") return Fail("TRIG needs TARG", at_);
+      ++at_;
+      return TakeInstant(measurement.until.emplace(), made_.until);
+    }
+    const std::string written = keyword < items_.size() ? items_[keyword].text : "";
+    return Fail(fmt::format("\"{}\" is not supported; supported are AVG, RMS, INTEG, MIN, MAX, PP, FIND, WHEN and TRIG",
+                            written),
+                keyword);
+  }
+
+  absl::Status TakeQuantity(DeckQuantity& quantity) {
+    if (at_ >= items_.size()) return Fail("ends before what is measured");
+    auto read = QuantityOf(line_, items_[at_], scope_, circuit_);
+    if (!read.ok()) return read.status();
+    quantity = *std::move(read);
+    ++at_;
+    return absl::OkStatus();
+  }
+
+  // "= value" behind a keyword, which has been read.
+  absl::Status TakeValue(const std::string& keyword, double& value) {
+    if (Word(at_) != "=" || at_ + 1 >= items_.size()) return Fail(fmt::format("expected {}=value", keyword), at_ - 1);
+    const DeckItem& item = items_[at_ + 1];
+    const std::string bare = WithoutBraces(item.text);
+    const auto read = ValueOf(line_, {bare, item.offset, bare != item.text}, scope_, notes_);
+    if (!read.ok()) return read.status();
+    value = *read;
+    at_ += 2;
+    return absl::OkStatus();
+  }
+
+  absl::Status TakeTime(const std::string& keyword, double& time) {
+    const std::size_t item = at_;
+    if (absl::Status status = TakeValue(keyword, time); !status.ok()) return status;
+    if (time >= 0 && time <= horizon_) return absl::OkStatus();
+    return Fail(fmt::format("{}={:g} is outside of 0 to TSTOP = {:g}", keyword, time, horizon_), item);
+  }
+
+  // [FROM=time] [TO=time]
+  absl::Status TakeWindow() {
+    Measurement& measurement = made_.measurement;
+    while (Word(at_) == "from" || Word(at_) == "to") {
+      const bool is_begin = Word(at_++) == "from";
+      double time = 0;
+      if (absl::Status status = TakeTime(is_begin ? "FROM" : "TO", time); !status.ok()) return status;
+      if (is_begin) {
+        measurement.begin = time;
+      } else {
+        measurement.end = time;
+      }
+    }
+    if (measurement.begin < measurement.end.value_or(horizon_)) return absl::OkStatus();
+    return Fail(fmt::format("FROM={:g} is not before {:g}", measurement.begin, measurement.end.value_or(horizon_)));
+  }
+
+  // quantity=level or quantity=quantity, and which crossing.
+  absl::Status TakeCondition(MeasurementInstant& instant, DeckQuantity& quantity) {
+    if (absl::Status status = TakeQuantity(quantity); !status.ok()) return status;
+    if (Word(at_) != "=" || at_ + 1 >= items_.size()) return Fail("WHEN needs quantity=level", at_);
+    const std::size_t right = at_ + 1;
+    const auto level = scope_.Evaluate(WithoutBraces(items_[right].text));
+    if (level.ok()) {
+      instant.level = *level;
+    } else {
+      auto other = QuantityOf(line_, items_[right], scope_, circuit_);
+      if (!other.ok()) return other.status();
+      if (other->factors.size() > 1 || quantity.factors.size() > 1) {
+        return Fail("a product can be compared with a number only", right);
+      }
+      LinearValue& difference = quantity.factors[0];
+      difference.constant -= other->factors[0].constant;
+      for (const auto& [name, factor] : other->factors[0].factors) difference.factors[name] -= factor;
+      quantity.text += "-" + other->text;
+    }
+    at_ = right + 1;
+    return TakeCrossing(instant);
+  }
+
+  // What follows TRIG or TARG: AT=time, or quantity VAL=level and which crossing. For FIND the part AT=time alone.
+  absl::Status TakeInstant(MeasurementInstant& instant, DeckQuantity& quantity) {
+    if (Word(at_) == "at") {
+      ++at_;
+      double time = 0;
+      if (absl::Status status = TakeTime("AT", time); !status.ok()) return status;
+      instant.time = time;
+      return absl::OkStatus();
+    }
+    if (absl::Status status = TakeQuantity(quantity); !status.ok()) return status;
+    bool has_level = false;
+    for (;;) {
+      if (Word(at_) == "val") {
+        ++at_;
+        has_level = true;
+        if (absl::Status status = TakeValue("VAL", instant.level); !status.ok()) return status;
+      } else {
+        const std::size_t before = at_;
+        if (absl::Status status = TakeCrossing(instant); !status.ok()) return status;
+        if (at_ == before) break;
+      }
+    }
+    return has_level ? absl::OkStatus() : Fail("TRIG and TARG need VAL=level", at_);
+  }
+
+  // [TD=time] [RISE|FALL|CROSS=number|LAST], in any order.
+  absl::Status TakeCrossing(MeasurementInstant& instant) {
+    static const std::map<std::string, CrossingDirection> kDirections = {{"rise", CrossingDirection::kRising},
+                                                                         {"fall", CrossingDirection::kFalling},
+                                                                         {"cross", CrossingDirection::kEither}};
+    for (;;) {
+      const std::string word = Word(at_);
+      if (word == "td") {
+        ++at_;
+        if (absl::Status status = TakeTime("TD", instant.after); !status.ok()) return status;
+        continue;
+      }
+      const auto direction = kDirections.find(word);
+      if (direction == kDirections.end()) return absl::OkStatus();
+      const std::size_t keyword = at_++;
+      instant.direction = direction->second;
+      if (Word(at_) == "=" && Word(at_ + 1) == "last") {
+        instant.number = MeasurementInstant::kLast;
+        at_ += 2;
+        continue;
+      }
+      double number = 0;
+      if (absl::Status status = TakeValue(items_[keyword].text, number); !status.ok()) return status;
+      if (!(number >= 1 && number <= 1e9 && number == std::floor(number))) {
+        return Fail(fmt::format("{}={:g}; must be 1, 2, ... or LAST", items_[keyword].text, number), keyword);
+      }
+      instant.number = static_cast<int>(number);
+    }
+  }
+
+  const DeckLine& line_;
+  const std::vector<DeckItem> items_;
+  const double horizon_;
+  ParameterScope& scope_;
+  const DeckCircuit& circuit_;
+  DeckNotes& notes_;
+  std::size_t at_ = 0;
+  DeckMeasurement made_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::vector<DeckMeasurement>> ReadMeasurements(const std::vector<const DeckLine*>& lines, double horizon,
+                                                              ParameterScope& scope, const DeckCircuit& circuit,
+                                                              DeckNotes& notes) {
+  std::vector<DeckMeasurement> measurements;
+  std::set<std::string> names;
+  for (const DeckLine* line : lines) {
+    auto read = MeasurementReader(*line, horizon, scope, circuit, notes).Read();
+    if (!read.ok()) return read.status();
+    if (!*read) continue;
+    const std::string& name = (*read)->measurement.name;
+    if (!names.insert(Lower(name)).second) return DeckError(line->Place(), fmt::format("a second .meas {}", name));
+    measurements.push_back(**std::move(read));
+  }
+  return measurements;
+}
+
+}  // namespace dlcs::client

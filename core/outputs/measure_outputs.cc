@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/outputs/measure_outputs.h"
+
+#include <algorithm>
+#include <boost/math/quadrature/gauss.hpp>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/format_number.h"
+#include "core/outputs/output_curves.h"
+#include "core/parallel/stop_scope.h"
+
+namespace dlcs {
+namespace {
+
+constexpr Index kSamples = 65;
+
+std::vector<Index> OutputsOf(const Measurement& one) {
+  std::vector<Index> outputs = one.outputs;
+  for (const auto* instant : {&one.at, &one.until}) {
+    if (*instant) outputs.insert(outputs.end(), (*instant)->outputs.begin(), (*instant)->outputs.end());
+  }
+  return outputs;
+}
+
+// Some limits and measurements of a problem, and the outputs that they need, once each.
+struct MeterBatch {
+  std::set<Index> outputs;
+  std::vector<const OutputLimit*> limits;
+  std::vector<std::size_t> measurements;
+};
+
+// Cut so that the curves of each of them take some 64 MB at most.
+std::vector<MeterBatch> BatchesOf(const Problem& problem, const Solution& solution) {
+  constexpr double kBatchBytes = 64e6;
+  const std::size_t pieces = std::max({solution.pieces.size(), solution.times.size(), std::size_t{1}});
+  const double most = kBatchBytes / (static_cast<double>(pieces) * kLegendreSize * sizeof(double));
+  std::vector<MeterBatch> batches(1);
+  const auto add = [&](const std::vector<Index>& outputs) -> MeterBatch& {
+    if (!batches.back().outputs.empty() && static_cast<double>(batches.back().outputs.size() + outputs.size()) > most) {
+      batches.emplace_back();
+    }
+    batches.back().outputs.insert(outputs.begin(), outputs.end());
+    return batches.back();
+  };
+  for (const OutputLimit& limit : problem.outputs.limits) add({limit.output}).limits.push_back(&limit);
+  for (std::size_t k = 0; k < problem.measurements.size(); ++k) {
+    add(OutputsOf(problem.measurements[k])).measurements.push_back(k);
+  }
+  return batches;
+}
+
+// What a measurement found, or why it found nothing.
+struct Found {
+  std::optional<double> value, time = {};
+  std::string reason = {};
+};
+Found None(std::string reason) { return {std::nullopt, std::nullopt, std::move(reason)}; }
+
+// An extreme value and when.
+struct Extreme {
+  double value = 0;
+  double time = 0;
+};
+
+class OutputMeter {
+ public:
+  OutputMeter(const Problem& problem, const Solution& solution, std::vector<Index> rows, std::vector<CurvePiece> curves)
+      : problem_(problem), rows_(std::move(rows)), curves_(std::move(curves)) {
+    reached_ = curves_.empty() ? 0 : curves_.back().end;
+    ends_early_ = solution.termination != Termination::kReachedEnd;
+    sample_places_ = -(Vector::LinSpaced(kSamples, 0, M_PI).array().cos());
+    sample_places_[0] = -1;
+    sample_places_[kSamples - 1] = 1;
+    LegendreValuesAt(sample_places_, sample_values_);
+  }
+
+  Found Measure(const Measurement& one) const {
+    switch (one.kind) {
+      case MeasurementKind::kValue: {
+        const Found at = Find(*one.at);
+        if (!at.value) return at;
+        return {ValueAt(one.outputs, *at.value), at.value};
+      }
+      case MeasurementKind::kTime: {
+        const Found at = Find(*one.at);
+        return {at.value, at.value, at.reason};
+      }
+      case MeasurementKind::kDelay: {
+        const Found at = Find(*one.at), until = Find(*one.until);
+        if (!at.value) return None("no begin: " + at.reason);
+        if (!until.value) return None("no end: " + until.reason);
+        return {*until.value - *at.value, at.value};
+      }
+      default:
+        break;
+    }
+    const double end = one.end.value_or(problem_.horizon);
+    if (curves_.empty() || (ends_early_ && end > reached_)) return None(EndsAt());
+    switch (one.kind) {
+      case MeasurementKind::kAverage:
+        return {Integral(one.outputs, one.begin, end, 1) / (end - one.begin)};
+      case MeasurementKind::kRms:
+        return {std::sqrt(std::max(0.0, Integral(one.outputs, one.begin, end, 2) / (end - one.begin)))};
+      case MeasurementKind::kIntegral:
+        return {Integral(one.outputs, one.begin, end, 1)};
+      case MeasurementKind::kMinimum: {
+        const Extreme least = Largest(one.outputs, one.begin, end, -1);
+        return {-least.value, least.time};
+      }
+      case MeasurementKind::kMaximum: {
+        const Extreme largest = Largest(one.outputs, one.begin, end, 1);
+        return {largest.value, largest.time};
+      }
+      default:  // kPeakToPeak
+        return {Largest(one.outputs, one.begin, end, 1).value + Largest(one.outputs, one.begin, end, -1).value};
+    }
+  }
+
+  // The first time at which |z| of the output reaches the limit, on the samples.
+  std::string Compare(const OutputLimit& limit) const {
+    const double level = kReachedLimit * limit.value;
+    for (const CurvePiece& piece : curves_) {
+      LookForStop();
+      const Vector samples = Samples({limit.output}, piece);
+      for (Index i = 0; i < kSamples; ++i) {
+        if (!(std::abs(samples[i]) >= level)) continue;
+        return problem_.outputs.names[static_cast<std::size_t>(limit.output)] + " reaches its limit " +
+               FormatNumber(limit.value) + " at t = " + FormatNumber(piece.t_of(sample_places_[i])) +
+               ": from there on the result is not that of the model.";
+      }
+    }
+    return "";
+  }
+
+ private:
+  struct Sample {
+    const CurvePiece* piece;
+    double s;
+    double value;  // above the level
+  };
+
+  Index RowOf(Index output) const { return std::lower_bound(rows_.begin(), rows_.end(), output) - rows_.begin(); }
+
+  std::string NameOf(const std::vector<Index>& outputs) const {
+    std::string name;
+    for (const Index output : outputs) {
+      name += (name.empty() ? "" : " * ") + problem_.outputs.names[static_cast<std::size_t>(output)];
+    }
+    return name;
+  }
+
+  std::string EndsAt() const { return "the trajectory ends at t = " + FormatNumber(reached_) + "."; }
+
+  double ValueIn(const std::vector<Index>& outputs, const CurvePiece& piece, double s) const {
+    const LegendreVector at = LegendreValues(s);
+    double product = 1;
+    for (const Index output : outputs) product *= piece.z.row(RowOf(output)).dot(at);
+    return product;
+  }
+
+  Vector Samples(const std::vector<Index>& outputs, const CurvePiece& piece) const {
+    Vector product = Vector::Ones(kSamples);
+    for (const Index output : outputs) {
+      product.array() *= (sample_values_ * piece.z.row(RowOf(output)).transpose()).array();
+    }
+    return product;
+  }
+
+  // The first piece that ends after `time`, or the last.
+  std::vector<CurvePiece>::const_iterator PieceAt(double time) const {
+    const auto piece = std::upper_bound(curves_.begin(), curves_.end(), time,
+                                        [](double t, const CurvePiece& one) { return t < one.end; });
+    return piece == curves_.end() ? std::prev(piece) : piece;
+  }
+
+  double ValueAt(const std::vector<Index>& outputs, double time) const {
+    const auto piece = PieceAt(time);
+    return ValueIn(outputs, *piece, std::clamp(piece->s_of(time), -1.0, 1.0));
+  }
+
+  // ∫ q^power over [begin, end]; exact for the square of the product of two polynomials.
+  double Integral(const std::vector<Index>& outputs, double begin, double end, int power) const {
+    using Rule = boost::math::quadrature::gauss<double, 25>;
+    double integral = 0;
+    for (auto piece = PieceAt(begin); piece != curves_.end() && piece->begin < end; ++piece) {
+      LookForStop();
+      const double from = std::max(begin, piece->begin), to = std::min(end, piece->end);
+      if (!(to > from)) continue;
+      const double half = (to - from) / 2, middle = from + half;
+      double sum = 0;
+      for (std::size_t k = 0; k < Rule::abscissa().size(); ++k) {
+        for (const double sign : {-1.0, 1.0}) {
+          if (k == 0 && sign > 0) continue;  // the middle, once
+          const double s = std::clamp(piece->s_of(middle + sign * half * Rule::abscissa()[k]), -1.0, 1.0);
+          const double value = ValueIn(outputs, *piece, s);
+          sum += Rule::weights()[k] * (power == 2 ? value * value : value);
+        }
+      }
+      integral += half * sum;
+    }
+    return integral;
+  }
+
+  // The largest value of sign · q on [begin, end].
+  Extreme Largest(const std::vector<Index>& outputs, double begin, double end, double sign) const {
+    Extreme largest{-HUGE_VAL, begin};
+    for (auto piece = PieceAt(begin); piece != curves_.end() && piece->begin < end; ++piece) {
+      LookForStop();
+      const double from = std::max(-1.0, piece->s_of(begin)), to = std::min(1.0, piece->s_of(end));
+      const auto place = [&](Index i) { return from + (to - from) * (1 + sample_places_[i]) / 2; };
+      const auto value_at = [&](double s) { return sign * ValueIn(outputs, *piece, s); };
+      Index best = 0;
+      double value = -HUGE_VAL;
+      for (Index i = 0; i < kSamples; ++i) {
+        const double at = value_at(place(i));
+        if (at > value) std::tie(value, best) = std::pair(at, i);
+      }
+      double s = place(best);
+      if (best > 0 && best < kSamples - 1) {
+        const auto [refined, least] = boost::math::tools::brent_find_minima([&](double at) { return -value_at(at); },
+                                                                            place(best - 1), place(best + 1), 40);
+        if (-least > value) std::tie(value, s) = std::pair(-least, refined);
+      }
+      if (value > largest.value) largest = {value, piece->t_of(s)};
+    }
+    return largest;
+  }
+
+  // The time of `instant` as its value.
+  Found Find(const MeasurementInstant& instant) const {
+    if (curves_.empty()) return None(EndsAt());
+    if (instant.time) {
+      if (ends_early_ && *instant.time > reached_) return None(EndsAt());
+      return {*instant.time};
+    }
+    const std::vector<double> times = Crossings(instant);
+    const auto count = static_cast<int>(times.size());
+    const bool last = instant.number == MeasurementInstant::kLast;
+    if (last ? count > 0 : count >= instant.number) {
+      return {last ? times.back() : times[static_cast<std::size_t>(instant.number - 1)]};
+    }
+    const char* direction = instant.direction == CrossingDirection::kRising    ? " upwards"
+                            : instant.direction == CrossingDirection::kFalling ? " downwards"
+                                                                               : "";
+    const std::string from = instant.after > 0 ? " from t = " + FormatNumber(instant.after) + " on" : "";
+    return None(NameOf(instant.outputs) + " crosses " + FormatNumber(instant.level) + direction + from +
+                (count == 0 ? " at no time" : ", but only " + std::to_string(count) + " times") +
+                (ends_early_ ? " up to the end of the trajectory at t = " + FormatNumber(reached_) : "") + ".");
+  }
+
+  // The crossings that count, as many as are needed.
+  std::vector<double> Crossings(const MeasurementInstant& instant) const {
+    constexpr double kOnTheLevel = 1e-12;
+    double size = std::abs(instant.level);
+    for (const CurvePiece& piece : curves_)
+      size = std::max(size, Samples(instant.outputs, piece).cwiseAbs().maxCoeff());
+    const double band = kOnTheLevel * size;  // rounding is no crossing
+    std::vector<double> times;
+    int side = 0;               // of the last sample outside of the band
+    std::vector<Sample> since;  // the samples from that one on
+    for (const CurvePiece& piece : curves_) {
+      LookForStop();
+      const Vector samples = Samples(instant.outputs, piece);
+      for (Index i = 0; i < kSamples; ++i) {
+        const double above = samples[i] - instant.level;
+        since.push_back({&piece, sample_places_[i], above});
+        if (std::abs(above) <= band) continue;
+        const int now = above > 0 ? 1 : -1;
+        const bool counts = instant.direction == CrossingDirection::kEither ||
+                            now == (instant.direction == CrossingDirection::kRising ? 1 : -1);
+        if (side != 0 && now != side && counts) {
+          const double time = CrossingIn(since, now, instant);
+          if (time >= instant.after) times.push_back(time);
+          if (static_cast<int>(times.size()) == instant.number) return times;
+        }
+        side = now;
+        since.assign(1, since.back());
+      }
+    }
+    return times;
+  }
+
+  // When the quantity first comes to the side `now`, which the last of `samples` is on.
+  double CrossingIn(const std::vector<Sample>& samples, int now, const MeasurementInstant& instant) const {
+    std::size_t k = 1;
+    while (k + 1 < samples.size() && now * samples[k].value < 0) ++k;
+    const Sample& before = samples[k - 1];
+    const Sample& after = samples[k];
+    if (before.piece != after.piece) return after.piece->begin;  // a jump
+    double from = before.s, to = after.s;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = (from + to) / 2;
+      if (middle == from || middle == to) break;
+      (now * (ValueIn(instant.outputs, *after.piece, middle) - instant.level) < 0 ? from : to) = middle;
+    }
+    return after.piece->t_of(to);
+  }
+
+  const Problem& problem_;
+  std::vector<Index> rows_;  // the outputs that the rows of the curves are
+  std::vector<CurvePiece> curves_;
+  double reached_ = 0;
+  bool ends_early_ = false;
+  Vector sample_places_;
+  LegendreRows sample_values_;  // of P_0 ... P_K at these places
+};
+
+}  // namespace
+
+bool HasMeasurements(const Problem& problem) {
+  return !problem.measurements.empty() || !problem.outputs.limits.empty();
+}
+
+absl::Status MeasureOutputs(const Problem& problem, Solution& solution) {
+  if (!HasMeasurements(problem)) return absl::OkStatus();
+  for (const Measurement& one : problem.measurements) {
+    solution.measurements.push_back({one.name, {}, {}, "the solve was stopped before it was measured."});
+  }
+  try {
+    for (const MeterBatch& batch : BatchesOf(problem, solution)) {
+      std::vector<Index> outputs(batch.outputs.begin(), batch.outputs.end());
+      auto curves = OutputCurves(problem, solution, outputs);
+      if (!curves.ok()) return curves.status();
+      const OutputMeter meter(problem, solution, std::move(outputs), *std::move(curves));
+      for (const OutputLimit* limit : batch.limits) {
+        std::string reached = meter.Compare(*limit);
+        if (!reached.empty()) solution.reached_limits.push_back(std::move(reached));
+      }
+      for (const std::size_t k : batch.measurements) {
+        Found found = meter.Measure(problem.measurements[k]);
+        MeasurementResult& result = solution.measurements[k];
+        if (found.value && !std::isfinite(*found.value)) found = None("the value is not finite.");
+        result = {result.name, found.value, found.time, found.reason};
+      }
+    }
+  } catch (const Stopped&) {
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace dlcs

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/outputs/output_curves.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/outputs/output_evaluator.h"
+#include "core/parallel/stop_scope.h"
+
+namespace dlcs {
+namespace {
+
+class CurveMaker {
+ public:
+  explicit CurveMaker(OutputEvaluator evaluator) : evaluator_(std::move(evaluator)) {}
+
+  // The part [begin, end] of `piece`, where x and y are polynomials.
+  void AddPolynomials(const TrajectoryPiece& piece, double begin, double end, int halvings) {
+    constexpr int kMostHalvings = 20;
+    constexpr double kAccuracy = 1e-12;
+    const LegendreVector& nodes = GetLegendreBasis().nodes;
+    CurvePiece curve{begin, end, LegendreSeries(evaluator_.size(), kLegendreSize)};
+    for (Index j = 0; j < kLegendreSize; ++j) {
+      const double t = j == 0 ? begin : j == kLegendreSize - 1 ? end : curve.t_of(nodes[j]);
+      const LegendreVector at = LegendreValues(std::clamp(2 * (t - piece.begin) / piece.length - 1, -1.0, 1.0));
+      const Vector x = piece.x * at.head(piece.x.cols());
+      const Vector y = (piece.y * at.head(piece.y.cols())).cwiseMax(0);
+      curve.z.col(j) = evaluator_.At(t, j == kLegendreSize - 1 ? Side::kLeft : Side::kRight, x, y);
+    }
+    const Vector size = curve.z.cwiseAbs().rowwise().maxCoeff();
+    largest_ = largest_.size() > 0 ? Vector(largest_.cwiseMax(size)) : size;
+    curve.z = InterpolateAtNodes(curve.z);
+    const bool fits = (EstimateTail(curve.z).array() <= kAccuracy * largest_.array()).all();
+    const double middle = curve.t_of(0);
+    if (fits || halvings == kMostHalvings || !(middle > begin && middle < end)) {
+      curves_.push_back(std::move(curve));
+      return;
+    }
+    AddPolynomials(piece, begin, middle, halvings + 1);
+    AddPolynomials(piece, middle, end, halvings + 1);
+  }
+
+  void AddLines(const Solution& solution) {
+    for (Index k = 0; k + 1 < static_cast<Index>(solution.times.size()); ++k) {
+      LookForStop();
+      const Vector begin = evaluator_.AtColumn(solution, k);
+      const Vector end = evaluator_.BeforeColumn(solution, k + 1);
+      CurvePiece curve{solution.times[static_cast<std::size_t>(k)], solution.times[static_cast<std::size_t>(k + 1)],
+                       LegendreSeries::Zero(begin.size(), kLegendreSize)};
+      curve.z.col(0) = (begin + end) / 2;
+      curve.z.col(1) = (end - begin) / 2;
+      curves_.push_back(std::move(curve));
+    }
+  }
+
+  std::vector<CurvePiece> Take() { return std::move(curves_); }
+
+ private:
+  OutputEvaluator evaluator_;
+  Vector largest_;  // the largest size of each output so far
+  std::vector<CurvePiece> curves_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::vector<CurvePiece>> OutputCurves(const Problem& problem, const Solution& solution,
+                                                     const std::vector<Index>& outputs) {
+  auto evaluator = OutputEvaluator::Create(problem, outputs);
+  if (!evaluator.ok()) return evaluator.status();
+  CurveMaker maker(*std::move(evaluator));
+  if (solution.pieces.empty()) {
+    maker.AddLines(solution);
+  } else {
+    for (const TrajectoryPiece& piece : solution.pieces) {
+      LookForStop();
+      if (piece.end > piece.begin) maker.AddPolynomials(piece, piece.begin, piece.end, 0);
+    }
+  }
+  return maker.Take();
+}
+
+}  // namespace dlcs

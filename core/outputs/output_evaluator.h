@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The outputs of a problem at the times of a solution.
+
+#ifndef DLCS_CORE_OUTPUTS_OUTPUT_EVALUATOR_H_
+#define DLCS_CORE_OUTPUTS_OUTPUT_EVALUATOR_H_
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
+#include "core/problem/time_function.h"
+
+namespace dlcs {
+
+// Outputs are functions of t, x and y, and cost little: no solution holds them. Not safe to share between threads, as
+// TimeFunctionEvaluator.
+class OutputEvaluator {
+ public:
+  // Of a valid `problem`, which need not outlive it. Errors: those of TimeFunctionEvaluator::Create().
+  static absl::StatusOr<OutputEvaluator> Create(const Problem& problem);
+  // The same for some of the outputs, none of them hidden.
+  static absl::StatusOr<OutputEvaluator> Create(const Problem& problem, const std::vector<Index>& outputs);
+
+  Index size() const { return h_.size(); }  // with the hidden ones
+  Index shown() const { return shown_; }
+
+  // C x + D y + h(t), with the limit of h from `side`.
+  Vector At(double t, Side side, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
+
+  // All outputs at `column` of `solution`: the limit from the right, at T that from the left; and that from the left.
+  Vector AtColumn(const Solution& solution, Index column);
+  Vector BeforeColumn(const Solution& solution, Index column);
+
+  // The outputs that are not hidden at columns [first, first + count) of `solution`: limits
+  // as in AtColumn().
+  Matrix Columns(const Solution& solution, Index first, Index count);
+
+  // The times of these columns at which y, w or an output has another limit from the left, with these limits; y and w
+  // where they do not jump are those from the right.
+  struct Limit {
+    LeftLimit of_solution;
+    Vector outputs;  // those that are not hidden
+  };
+  std::vector<Limit> LeftLimits(const Solution& solution, Index first, Index count);
+
+ private:
+  OutputEvaluator(StructuredMatrix C, StructuredMatrix D, Index shown, TimeAxis axis, TimeFunctionEvaluator h);
+
+  StructuredMatrix C_, D_;
+  Index shown_;
+  TimeAxis axis_;
+  TimeFunctionEvaluator h_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_OUTPUTS_OUTPUT_EVALUATOR_H_
