@@ -12,6 +12,9 @@
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+# shellcheck source=deploy/npm-packages.sh
+. "$root/deploy/npm-packages.sh"
+checked="the contract"
 tools="$root/build/contract-tools"
 buf="$tools/node_modules/.bin/buf"
 released="$root/proto/released.binpb"
@@ -22,29 +25,6 @@ case "${1:-}" in
   -*) echo "usage: $0 [--release | FOLDER]" >&2 && exit 2 ;;
   ?*) contract=$1 ;;
 esac
-
-# Says what is in the way, if anything is. Only what is missing on this machine is a reason to skip.
-install_buf() {
-  mkdir -p "$tools"
-  cmp --silent "$root/deploy/contract/package-lock.json" "$tools/package-lock.json" && [ -x "$buf" ] && return
-  command -v npm >/dev/null ||
-    skip "There is no npm: install Node.js, or on Debian run deploy/install-packages.sh contract."
-  cp "$root"/deploy/contract/package*.json "$tools"
-  local log="$tools/npm.log"
-  (cd "$tools" && npm ci --ignore-scripts --fetch-retries=0 --fetch-timeout=30000 --loglevel=error) >"$log" 2>&1 &&
-    return
-  rm -f "$tools/package-lock.json"
-  head -n 3 "$log" >&2
-  local unreachable='code (E[45]|EAI_AGAIN|ECONN|EHOST|ENET|ENOTCACHED|ENOTFOUND|ETIMEDOUT|ERR_SOCKET)'
-  grep --quiet --extended-regexp "$unreachable" "$log" &&
-    skip "npm cannot get buf from $(npm config get registry 2>/dev/null)."
-  exit 1
-}
-
-skip() { # WHY
-  printf 'SKIPPED: the contract was not checked. %s\n' "$1" >&2
-  exit 77
-}
 
 check_against() { # IMAGE_OR_FOLDER NAME
   "$buf" breaking "$contract" --against "$1" || { echo "The contract breaks programs written for $2." && exit 1; }
@@ -66,7 +46,7 @@ check_against_history() {
   done
 }
 
-install_buf
+install_npm_packages "$root/deploy/contract" "$tools" buf
 "$buf" lint "$contract" || { echo "Rules: $root/proto/buf.yaml" && exit 1; }
 check_against "$released" "the release (proto/released.binpb)"
 [ -n "$release" ] || check_against_history

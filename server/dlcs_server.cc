@@ -110,6 +110,9 @@ class RunningServer final : public DlcsServer {
   const std::string& metrics_address() const override { return metrics_address_; }
   std::string web_url() const override;
   int solves() const override { return environment_.admission.solves(); }
+  std::chrono::microseconds JobsIdleFor() const override {
+    return environment_.jobs ? environment_.jobs->manager().idle_for() : std::chrono::microseconds(0);
+  }
 
   void Drain() override;
   bool WaitUntilIdle(milliseconds timeout) override { return environment_.calls.WaitUntilComputed(timeout); }

@@ -37,6 +37,9 @@ class DlcsServer {
   // The number of running solves.
   virtual int solves() const = 0;
 
+  // For how long there has been no job to run, here or in the store; 0 without a store.
+  virtual std::chrono::microseconds JobsIdleFor() const = 0;
+
   // Health becomes NOT_SERVING and new calls get UNAVAILABLE; running calls continue.
   virtual void Drain() = 0;
   // Waits at most `timeout` until no call computes; returns whether that is so.

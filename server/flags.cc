@@ -39,7 +39,7 @@ constexpr const char* kFooter =
     "their summary. A second signal skips the rest of the grace period. SIGHUP looks for changed certificates and "
     "tokens\n"
     "at once.\n"
-    "Exit status: 0 after a signal, 2 for a bad setting, 3 when it cannot listen.\n\n"
+    "Exit status: 0 after a signal or --exit-when-idle, 2 for a bad setting, 3 when it cannot listen.\n\n"
     "Examples:\n"
     "  dlcsd                                     serve this machine on port 50051\n"
     "  dlcsd --listen 127.0.0.1:0                on any free port, which is printed\n"
@@ -53,8 +53,10 @@ constexpr const char* kFooter =
     "                                            serve the network, to users with tokens\n"
     "  dlcsd --config dlcsd.conf --check-config  check and print these settings";
 
+constexpr const char* kLongIdle = "60";  // seconds, of --exit-when-idle without a value
+
 // "90", "90s", "30m", "12h", "7d".
-void AddAge(CLI::App& app, const char* name, double& seconds, const char* help) {
+CLI::Option* AddAge(CLI::App& app, const char* name, double& seconds, const char* help) {
   const auto in_seconds = [](std::string& text) -> std::string {
     const std::map<std::string, double> units = {{"", 1}, {"s", 1}, {"m", 60}, {"h", 3600}, {"d", 86400}};
     double number = 0;
@@ -69,7 +71,22 @@ void AddAge(CLI::App& app, const char* name, double& seconds, const char* help) 
     text = fmt::format("{}", number * unit->second);
     return "";
   };
-  app.add_option(name, seconds, help)->transform(CLI::Validator(in_seconds, ""))->type_name("AGE");
+  return app.add_option(name, seconds, help)->transform(CLI::Validator(in_seconds, ""))->type_name("AGE");
+}
+
+// As a switch it is true or false in a file.
+void AddExitWhenIdle(CLI::App& app, double& seconds) {
+  const auto word_in_seconds = [](std::string& text) -> std::string {
+    if (text == "true") text = kLongIdle;
+    if (text == "false") text = "0";
+    return "";
+  };
+  AddAge(app, "--exit-when-idle", seconds,
+         "A worker ends, with exit status 0, when there has been no job to claim for this long; without a value: 60s")
+      ->expected(0, 1)
+      ->default_str("true")
+      ->type_name("[AGE]")
+      ->transform(CLI::Validator(word_in_seconds, ""));
 }
 
 // Flags about jobs and uploaded problems; without --store they have no effect.
@@ -173,6 +190,7 @@ void AddFlags(CLI::App& app, Flags& flags) {
           "front: serves calls and leaves jobs to workers; worker: runs jobs and serves no calls");
   app.add_option("--worker-name", config.worker_name,
                  "Name of this server on a shared store, the same after a restart (HOST:PORT)");
+  AddExitWhenIdle(app, config.exit_when_idle_s);
   app.add_option("--lease-ms", config.lease_ms,
                  "If a server does not renew its lease for this long, others resume its jobs");
   app.add_option("--checkpoint-ms", config.checkpoint_ms, "How often the progress of a running job is stored");

@@ -62,6 +62,18 @@ int NextSignal(int wait_ms) {
   return ready > 0 && read(signal_pipe[0], &number, 1) == 1 ? number : 0;
 }
 
+// Waits for a signal that ends the server, and handles others. Returns why the server ends.
+std::string AwaitEnd(dlcs::DlcsServer& server, std::chrono::duration<double> idle_limit) {
+  constexpr int kLook_ms = 100;
+  const bool ends_when_idle = idle_limit.count() > 0;
+  for (;;) {
+    const int signal = NextSignal(ends_when_idle ? kLook_ms : -1);
+    if (signal == SIGHUP) server.Reload();
+    if (signal == SIGTERM || signal == SIGINT) return "signal " + std::to_string(signal);
+    if (ends_when_idle && server.JobsIdleFor() >= idle_limit) return "no job to claim";
+  }
+}
+
 // Runs the shutdown that --help describes.
 void ShutDown(dlcs::DlcsServer& server, double grace_s) {
   server.Drain();
@@ -115,11 +127,8 @@ int main(int argc, char** argv) {
   if (!page.empty()) std::printf("dlcsd page on %s\n", page.c_str());
   std::fflush(stdout);
 
-  int signal = NextSignal(-1);
-  for (; signal == SIGHUP || signal == 0; signal = NextSignal(-1)) {
-    if (signal == SIGHUP) (*server)->Reload();
-  }
-  spdlog::info("signal {}: shutting down, running solves have {} s", signal, flags->grace_s);
+  const std::string why = AwaitEnd(**server, std::chrono::duration<double>(flags->config.exit_when_idle_s));
+  spdlog::info("{}: shutting down, running solves have {} s", why, flags->grace_s);
   ShutDown(**server, flags->grace_s);
   spdlog::info("shut down");
   return 0;

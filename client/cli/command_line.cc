@@ -24,6 +24,7 @@
 #include "client/cli/options/solve_option_table.h"
 #include "client/cli/server_options.h"
 #include "client/cli/solve_options.h"
+#include "client/cli/workers_command_line.h"
 #include "client/result/names.h"
 #include "proto/shared/nearest_name.h"
 
@@ -397,7 +398,8 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
     return "missing command: solve, ensemble, analyze, lcp, dcp, model, netlist, plot, capabilities, health, context, "
-           "completion, man, or with jobs submit, watch, get, list, cancel, delete, result, upload or problems";
+           "workers, completion, man, or with jobs submit, watch, get, list, cancel, delete, result, upload or "
+           "problems";
   }
   return error.what();
 }
@@ -435,6 +437,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   CapabilitiesCommand capabilities;
   HealthCommand health;
   ContextCommand context;
+  WorkersCommand workers;
   JobCommands jobs;
   std::string shell;  // to complete
   CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.", "dlcs");
@@ -452,6 +455,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddCapabilities(app, capabilities);
   AddHealth(app, health);
   AddContext(app, context);
+  AddWorkers(app, workers);
   AddCompletion(app, shell);
   AddMan(app);
   AddJobCommands(app, jobs);
@@ -503,6 +507,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   }
   if (app.got_subcommand("health")) return WithServer(health, health.server);
   if (app.got_subcommand("context")) return context;
+  if (app.got_subcommand("workers")) return workers;
   if (app.got_subcommand("submit")) return WithServer(jobs.submit, jobs.submit.target.server);
   if (app.got_subcommand("upload")) return WithServer(jobs.upload, jobs.upload.target.server);
   if (app.got_subcommand("problems")) return WithServer(jobs.problems, jobs.problems.target.server);

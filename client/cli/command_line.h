@@ -16,8 +16,9 @@ namespace dlcs::client {
 // options was printed on standard error.
 using ParsedCommandLine =
     std::variant<ExitCode, SolveCommand, EnsembleCommand, AnalyzeCommand, LcpCommand, DcpCommand, ModelCommand,
-                 NetlistCommand, PlotCommand, CapabilitiesCommand, HealthCommand, ContextCommand, SubmitCommand,
-                 UploadCommand, ListProblemsCommand, WatchCommand, ShowJobsCommand, EndJobCommand, ResultCommand>;
+                 NetlistCommand, PlotCommand, CapabilitiesCommand, HealthCommand, ContextCommand, WorkersCommand,
+                 SubmitCommand, UploadCommand, ListProblemsCommand, WatchCommand, ShowJobsCommand, EndJobCommand,
+                 ResultCommand>;
 
 ParsedCommandLine ParseCommandLine(int argc, const char* const* argv);
 

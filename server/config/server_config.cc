@@ -14,6 +14,8 @@
 namespace dlcs {
 namespace {
 
+constexpr double kLongest_s = 100.0 * 365 * 24 * 3600;  // what a clock can be computed with
+
 template <std::integral Integer>
 absl::Status OutOfRange(const char* flag, Integer value, const char* rule) {
   return absl::InvalidArgumentError(fmt::format("{} {}: must be {}", flag, value, rule));
@@ -53,6 +55,14 @@ absl::Status ValidateStore(const ServerConfig& config) {
     return absl::InvalidArgumentError(
         fmt::format("--worker-name: has {} characters; at most 200", config.worker_name.size()));
   }
+  if (!(config.exit_when_idle_s >= 0 && config.exit_when_idle_s <= kLongest_s)) {
+    return OutOfRange("--exit-when-idle", config.exit_when_idle_s, "at least 0 and at most 100 years, in seconds");
+  }
+  if (config.exit_when_idle_s > 0 && config.role != "worker") {
+    return absl::InvalidArgumentError(
+        fmt::format("--exit-when-idle {:.10g}: needs --role worker; callers may still want other servers",
+                    config.exit_when_idle_s));
+  }
   if (config.lease_ms < 1000 || config.lease_ms > 3'600'000) {
     return OutOfRange("--lease-ms", config.lease_ms, "between 1000 and 3600000");
   }
@@ -60,7 +70,6 @@ absl::Status ValidateStore(const ServerConfig& config) {
 }
 
 absl::Status ValidateJobs(const ServerConfig& config) {
-  constexpr double kLongest_s = 100.0 * 365 * 24 * 3600;  // what a clock can be computed with
   const auto is_time = [](double seconds) { return seconds > 0 && seconds <= kLongest_s; };
   if (!(config.max_job_core_seconds > 0)) {
     return OutOfRange("--max-job-core-seconds", config.max_job_core_seconds, "above 0");

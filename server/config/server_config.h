@@ -61,6 +61,8 @@ struct ServerConfig {
   std::string worker_name;
   // If a server has not renewed its leases for this long, others resume its jobs.
   std::int64_t lease_ms = 30'000;
+  // A worker ends when there has been no job to claim for this long. 0: never.
+  double exit_when_idle_s = 0;
   // The interval at which checkpoints of a running job are stored.
   std::int64_t checkpoint_ms = 1000;
 

@@ -59,11 +59,13 @@ void JobManager::RunMaintenance() {
     EnforceDeadlines();
     for (const JobId& id : changed) Refresh(id);
     if (renew.Due(now)) RenewLeases();
-    if (poll.Due(now) || look) {
+    const bool polls = poll.Due(now);
+    if (polls || look) {
       FailUnmeetable();
       ReclaimJobs();
       FollowOthers();
     }
+    if (polls) MeasureQueue();
     if (ask.Due(now) || asks) AskOthers();
     // The results of these are not used; Healthy() reports failures.
     if (probe.Due(now)) store_.Probe().IgnoreError();
@@ -82,12 +84,17 @@ void JobManager::ReclaimJobs() {
   }
   if (!leases_released_) {
     // Leases of an earlier process: this one has not claimed anything yet.
-    if (!store_.ReleaseLeases(options_.worker).ok()) return;
+    if (!store_.ReleaseLeases(options_.worker).ok()) {
+      const std::lock_guard lock(mutex_);
+      idle_since_ = clock_.Elapsed();
+      return;
+    }
     leases_released_ = true;
   }
   const absl::StatusOr<std::vector<Job>> jobs = store_.ListClaimable(options_.limits.max_queued_jobs);
-  if (!jobs.ok()) return;
   const std::lock_guard lock(mutex_);
+  if (!jobs.ok() || !jobs->empty()) idle_since_ = clock_.Elapsed();
+  if (!jobs.ok()) return;
   for (const Job& job : *jobs) {
     gone.erase(job.id);
     if (!scheduler_.Knows(job.id) && !active_.contains(job.id)) scheduler_.Restore(RequestOf(job));
@@ -98,6 +105,13 @@ void JobManager::ReclaimJobs() {
     }
   }
   work_.notify_all();
+}
+
+void JobManager::MeasureQueue() {
+  const absl::StatusOr<QueueDepth> depth = store_.MeasureQueue();
+  if (!depth.ok()) return;
+  const std::lock_guard lock(mutex_);
+  depth_ = *depth;
 }
 
 void JobManager::FollowOthers() {

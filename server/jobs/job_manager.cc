@@ -34,7 +34,8 @@ JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cos
       dispatcher_(clock),
       writer_(store),
       relay_(store, clock),
-      scheduler_(options_.limits, clock) {
+      scheduler_(options_.limits, clock),
+      idle_since_(clock.Elapsed()) {
   ReclaimJobs();
   threads_.emplace_back([this] { RunMaintenance(); });
   // While a job waits for the store at its end, the next one uses its cores.
@@ -189,9 +190,17 @@ bool JobManager::Healthy() const {
 
 JobManager::Load JobManager::load() const {
   const std::lock_guard lock(mutex_);
-  return {.queued = scheduler_.queued(),
-          .running = scheduler_.running(),
-          .queued_core_seconds = scheduler_.queued_core_seconds()};
+  // The scheduler knows of jobs that came after the last poll, and not of all that are in the store.
+  return {.queued = std::max<std::int64_t>(scheduler_.queued(), depth_.jobs),
+          .queued_core_seconds = std::max(scheduler_.queued_core_seconds(), depth_.core_seconds),
+          .oldest_queued_age = depth_.oldest_age,
+          .running = scheduler_.running()};
+}
+
+Duration JobManager::idle_for() const {
+  const std::lock_guard lock(mutex_);
+  if (!active_.empty()) return Duration::zero();
+  return clock_.Elapsed() - idle_since_;
 }
 
 void JobManager::Drain(Duration grace) {
@@ -220,6 +229,7 @@ void JobManager::Work() {
       RunJob(*start);
       lock.lock();
       active_.erase(start->id);
+      idle_since_ = clock_.Elapsed();
       if (active_.empty()) idle_.notify_all();
       if (work_announced_) house_.notify_one();
       work_.notify_one();

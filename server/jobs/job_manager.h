@@ -113,11 +113,16 @@ class JobManager {
   // Whether the store answers and the manager is not draining.
   bool Healthy() const;
   struct Load {
-    int queued = 0;
-    int running = 0;
+    // Of all servers that share the store, as of the last poll.
+    std::int64_t queued = 0;
     double queued_core_seconds = 0;
+    Duration oldest_queued_age{};
+    int running = 0;
   };
   Load load() const;
+  // For how long there has been nothing to run, here or to be claimed from the store. A store that does not answer may
+  // have jobs, so that the time begins again when it does.
+  Duration idle_for() const;
   JobStore& store() { return store_; }
   const JobManagerOptions& options() const { return options_; }
 
@@ -148,6 +153,7 @@ class JobManager {
 
   void RunMaintenance();
   void ReclaimJobs();
+  void MeasureQueue();
   void FollowOthers();
   void FollowOther(const JobId& id);
   // Asks the servers that run the jobs watched here for events that are not in the store.
@@ -183,6 +189,8 @@ class JobManager {
   std::condition_variable idle_;   // nothing runs
   Scheduler scheduler_;
   std::map<JobId, Active> active_;
+  QueueDepth depth_;     // of the store, when it was last asked
+  Duration idle_since_;  // the last time that there was, or may have been, something to run
   std::map<JobId, std::weak_ptr<EventLog>> logs_;
   // Notifications from the store: jobs that changed, that there are jobs to claim, and any notification at all.
   std::set<JobId> changed_jobs_;

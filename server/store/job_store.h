@@ -76,6 +76,13 @@ struct Expiry {
   Duration max_unused_problem_age = std::chrono::hours(24 * 7);  // since their last use (problem_store.h)
 };
 
+// The jobs that could be claimed at one moment.
+struct QueueDepth {
+  std::int64_t jobs = 0;
+  double core_seconds = 0;  // predicted, of all of them
+  Duration oldest_age{};    // since the first of them was created
+};
+
 // A notification about a job from the store or from another server.
 struct JobChange {
   enum class What {
@@ -134,6 +141,8 @@ class JobStore {
 
   // Jobs that a worker may claim now: QUEUED, or with an expired lease; the oldest `limit` of them.
   virtual absl::StatusOr<std::vector<Job>> ListClaimable(int limit) = 0;
+  // All of them together.
+  virtual absl::StatusOr<QueueDepth> MeasureQueue() = 0;
   // Claims the first of `candidates` that is claimable and that no other worker is claiming at this moment; absent if
   // there is none. (PostgreSQL: FOR UPDATE SKIP LOCKED.) Writes the event RUNNING (CANCELLING) with the number
   // job.sequence.

@@ -60,6 +60,8 @@ NOT_RUN = (
     ("needs a registry; the build runs it", "npm "),
     ("needs a registry; PythonClientTest builds and installs the wheel", "pip install "),
     ("needs buf from npm; ContractGuardTest", "buf "),
+    ("needs schemas from npm; ManifestSchemasTest", "deploy/check-manifests.sh"),
+    ("starts a Slurm of its own, by hand", "deploy/test-slurm.sh"),
 )
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.])")
 

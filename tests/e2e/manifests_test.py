@@ -56,6 +56,11 @@ def health(address, service):
     return done.stdout.strip()
 
 
+def workers(*arguments):
+    done = subprocess.run([DLCS, "workers", *arguments], capture_output=True, text=True, check=True)
+    return done.stdout
+
+
 class ComposeTest(unittest.TestCase):
     def setUp(self):
         [self.file] = read_all(DEPLOY / "compose.yaml")
@@ -108,6 +113,9 @@ class KubernetesTest(unittest.TestCase):
             flags = {word for word in container["args"] if word.startswith("--")}
             self.assertLessEqual(flags, known_flags())
 
+    def test_has_the_workers_of_our_command(self):
+        self.assertEqual(workers("kubernetes"), (DEPLOY / "kubernetes" / "worker.yaml").read_text())
+
     def test_contains_its_programs(self):
         for pod, container in self.containers():
             self.assertTrue(pod["securityContext"]["runAsNonRoot"])
@@ -158,6 +166,73 @@ class KubernetesTest(unittest.TestCase):
         for scaler in self.of("HorizontalPodAutoscaler").values():
             scaled = self.of("Deployment")[scaler["spec"]["scaleTargetRef"]["name"]]
             self.assertNotIn("replicas", scaled["spec"])
+
+
+class WorkersTest(unittest.TestCase):
+    """What `dlcs workers` writes with other options than those of deploy/kubernetes."""
+
+    def test_a_job_ends_with_its_workers(self):
+        [job] = yaml.safe_load_all(
+            workers("kubernetes", "--exit-when-idle", "5m", "--count", "7", "--time-limit", "12h", "--cpus", "2")
+        )
+        self.assertEqual((job["apiVersion"], job["kind"]), ("batch/v1", "Job"))
+        self.assertEqual(job["spec"]["parallelism"], 7)
+        self.assertNotIn("completions", job["spec"])
+        self.assertEqual(job["spec"]["activeDeadlineSeconds"], 12 * 3600)
+        pod = job["spec"]["template"]["spec"]
+        self.assertEqual(pod["restartPolicy"], "OnFailure")
+        [container] = pod["containers"]
+        arguments = container["args"]
+        self.assertEqual(arguments[arguments.index("--exit-when-idle") + 1], "300")
+        self.assertEqual(arguments[arguments.index("--threads") + 1], "2")
+        self.assertEqual(container["resources"]["requests"]["cpu"], "2")
+        checked = [DLCSD, "--check-config", *[word for word in arguments]]
+        self.assertIn("exit-when-idle = 300", subprocess.run(checked, capture_output=True, text=True).stdout)
+
+    def test_a_fixed_number_has_no_autoscaler(self):
+        deployment, budget = yaml.safe_load_all(workers("kubernetes", "--count", "5", "--most", "5"))
+        self.assertEqual(deployment["spec"]["replicas"], 5)
+        self.assertEqual(budget["kind"], "PodDisruptionBudget")
+
+    def test_refuses_what_would_not_work(self):
+        store = ["--store", "postgresql://dlcs@db/dlcs"]
+        for arguments, text in [
+            (["slurm"], "--store"),
+            (["slurm", "--store", "jobs.db"], "postgresql://"),
+            (["slurm", "--store", "postgresql://dlcs:secret@db/dlcs"], "password"),
+            (["slurm", "--store", "postgresql://db/dlcs?password=secret"], "password"),
+            (["slurm", *store, "--count", "0"], "between 1 and 10000"),
+            (["slurm", *store, "--time-limit", "12 parsecs"], "unit"),
+            (["slurm", *store, "--partition", "a; rm -r /"], "--partition"),
+            (["kubernetes", "--time-limit", "1h"], "--exit-when-idle"),
+            (["kubernetes", "--image", "a\nb"], "--image"),
+            (["kubernetes", "--memory", "1kB"], "100MB"),
+        ]:
+            done = subprocess.run([DLCS, "workers", *arguments], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 2, arguments)
+            self.assertIn(text, done.stderr)
+            self.assertNotIn("secret", done.stderr)
+
+    def test_a_script_of_slurm_starts_a_worker(self):
+        """With the shell, and dlcsd for sbatch: --check-config shows what the flags became."""
+        store = "postgresql://dlcs@db/it's?sslmode=require"
+        script = workers("slurm", "--store", store, "--cpus", "3", "--time-limit", "90m", "--memory", "2GB",
+                         "--partition", "long", "--program", DLCSD)
+        self.assertEqual(script.splitlines()[0], "#!/bin/bash")
+        given = dict(line.removeprefix("#SBATCH --").partition("=")[::2]
+                     for line in script.splitlines() if line.startswith("#SBATCH"))
+        self.assertEqual(given["time"], "0-01:30:00")
+        self.assertEqual(given["mem"], "1908M")  # of 1024 * 1024 bytes
+        self.assertEqual(given["partition"], "long")
+        done = subprocess.run(["bash", "-c", script.rstrip() + " --check-config\n"], capture_output=True, text=True,
+                              env={"SLURM_ARRAY_JOB_ID": "17", "SLURM_ARRAY_TASK_ID": "3"})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        settings = dict(line.split("#")[0].strip().split(" = ", 1) for line in done.stdout.splitlines())
+        self.assertEqual(settings["role"], "worker")
+        self.assertEqual(settings["store"], f'"{store}"')
+        self.assertEqual(settings["threads"], "3")
+        self.assertEqual(settings["worker-name"], "slurm-17-3")
+        self.assertEqual(settings["exit-when-idle"], "60")
 
 
 if __name__ == "__main__":

@@ -116,6 +116,24 @@ struct ContextCommand {
   ServerTarget server;
 };
 
+// Writes what starts workers: a script for sbatch, or a manifest of Kubernetes.
+struct WorkersCommand {
+  enum class Manager { kSlurm, kKubernetes };
+  Manager manager = Manager::kSlurm;
+  std::string store;            // postgresql://...; empty: the secret has it
+  int count = 2;                // workers; for an autoscaler the fewest
+  int most = 20;                // of the autoscaler
+  int cpus = 4;                 // of each worker
+  double memory_bytes = 8e9;    // of each worker
+  double time_limit_s = 0;      // 0: the default of Slurm's script; no limit in Kubernetes
+  double exit_when_idle_s = 0;  // 0: the default of Slurm's script; never in Kubernetes
+  std::string partition;
+  std::string program = "dlcsd";
+  std::string image = "dlcs";
+  std::string secret = "dlcs-postgresql";
+  std::string output;  // empty or "-" is standard output
+};
+
 // Each prints its result on standard output and everything else on standard error.
 ExitCode Run(const SolveCommand& command);
 ExitCode Run(const EnsembleCommand& command);
@@ -128,6 +146,7 @@ ExitCode Run(const PlotCommand& command);
 ExitCode Run(const CapabilitiesCommand& command);
 ExitCode Run(const HealthCommand& command);
 ExitCode Run(const ContextCommand& command);
+ExitCode Run(const WorkersCommand& command);
 
 }  // namespace dlcs::client
 

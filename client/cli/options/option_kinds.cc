@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <utility>
 
 #include "absl/strings/match.h"
 #include "client/files/json_text.h"
@@ -20,6 +22,22 @@ std::optional<double> ParseNumber(const std::string& text) {
   const auto [rest, error] = std::from_chars(begin, end, value);
   if (error != std::errc() || rest != end || !std::isfinite(value)) return std::nullopt;
   return value;
+}
+
+// A number above 0 with one of `units`, which `words` tells; the first is none.
+double ParseWithUnit(const std::string& text, std::span<const std::pair<const char*, double>> units, const char* words,
+                     const std::string& option) {
+  const std::string above = fmt::format("above 0, {}", words);
+  NumberRule rule = Positive();
+  rule.words = above.c_str();
+  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
+  const auto letters = std::find_if_not(text.rbegin(), text.rend(), is_letter).base();
+  const std::string number(text.begin(), letters), unit(letters, text.end());
+  if (number.empty()) return CheckedNumber(text, rule, option);
+  for (const auto& [name, size] : units) {
+    if (absl::EqualsIgnoreCase(unit, name)) return size * CheckedNumber(number, rule, option);
+  }
+  throw CLI::ValidationError(option, fmt::format("\"{}\" has an unknown unit, {}; must be {}", text, unit, words));
 }
 
 }  // namespace
@@ -101,17 +119,12 @@ std::vector<double> ParseTimesOrFile(const std::string& text, const std::string&
 
 double ParseBytes(const std::string& text, const std::string& option) {
   constexpr std::pair<const char*, double> kUnits[] = {{"", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}};
-  NumberRule rule = Positive();
-  rule.words = "above 0, in bytes, kB, MB, GB or TB";
-  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
-  const auto letters = std::find_if_not(text.rbegin(), text.rend(), is_letter).base();
-  const std::string number(text.begin(), letters), unit(letters, text.end());
-  if (number.empty()) return CheckedNumber(text, rule, option);
-  for (const auto& [name, bytes] : kUnits) {
-    if (absl::EqualsIgnoreCase(unit, name)) return bytes * CheckedNumber(number, rule, option);
-  }
-  throw CLI::ValidationError(
-      option, fmt::format("\"{}\" has an unknown unit, {}; must be in bytes, kB, MB, GB or TB", text, unit));
+  return ParseWithUnit(text, kUnits, "in bytes, kB, MB, GB or TB", option);
+}
+
+double ParseDuration(const std::string& text, const std::string& option) {
+  constexpr std::pair<const char*, double> kUnits[] = {{"", 1}, {"s", 1}, {"m", 60}, {"h", 3600}, {"d", 86400}};
+  return ParseWithUnit(text, kUnits, "in seconds, or as in 90s, 30m, 12h, 7d", option);
 }
 
 std::string LongName(const std::string& names) { return names.substr(names.rfind(',') + 1); }

@@ -49,6 +49,9 @@ std::vector<double> ParseTimesOrFile(const std::string& text, const std::string&
 // Above 0: "8GB", "500MB", "20kB" (decimal), or a number of bytes.
 double ParseBytes(const std::string& text, const std::string& option);
 
+// Above 0, in seconds: "90s", "30m", "12h", "7d", or a number of seconds.
+double ParseDuration(const std::string& text, const std::string& option);
+
 // The long name of an option, used in messages: "--format" for "-f,--format".
 std::string LongName(const std::string& names);
 

@@ -43,6 +43,15 @@ absl::StatusOr<std::vector<Job>> PostgresJobStore::ListClaimable(int limit) {
   });
 }
 
+absl::StatusOr<QueueDepth> PostgresJobStore::MeasureQueue() {
+  return database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<QueueDepth> {
+    const PostgresRows rows = connection.Run(
+        "SELECT COUNT(*), COALESCE(SUM(core_seconds), 0), COALESCE(dlcs_now() - MIN(created), 0) FROM jobs"
+        " WHERE " DLCS_POSTGRES_CLAIMABLE);
+    return QueueDepth{.jobs = rows.Int(0, 0), .core_seconds = rows.Real(0, 1), .oldest_age = Duration(rows.Int(0, 2))};
+  });
+}
+
 absl::StatusOr<int> PostgresJobStore::ReleaseLeases(const std::string& worker) {
   return database_.Write([&](PostgresConnection& connection) -> absl::StatusOr<int> {
     return static_cast<int>(

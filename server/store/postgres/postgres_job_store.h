@@ -22,6 +22,7 @@ class PostgresJobStore final : public SqlStore<PostgresDatabase, PostgresJobTabl
 
   absl::StatusOr<JobPage> List(const JobFilter& filter, int page_size, const std::string& page_token) override;
   absl::StatusOr<std::vector<Job>> ListClaimable(int limit) override;
+  absl::StatusOr<QueueDepth> MeasureQueue() override;
   absl::StatusOr<int> ReleaseLeases(const std::string& worker) override;
   absl::StatusOr<std::vector<Event>> ReadEvents(const JobId& id, std::int64_t after, int limit) override;
   absl::StatusOr<std::vector<Chunk>> ReadChunks(const JobId& id, std::int64_t from, std::int64_t max_bytes) override;

@@ -69,6 +69,16 @@ absl::StatusOr<std::vector<Job>> SqliteJobStore::ListClaimable(int limit) {
   });
 }
 
+absl::StatusOr<QueueDepth> SqliteJobStore::MeasureQueue() {
+  return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<QueueDepth> {
+    const auto query = connection.Prepare(
+        "SELECT COUNT(*), TOTAL(core_seconds), ?1 - COALESCE(MIN(created), ?1) FROM jobs WHERE " DLCS_CLAIMABLE);
+    query->Bind(clock_.Now());
+    if (!query->Step()) return QueueDepth();
+    return QueueDepth{.jobs = query->Int(0), .core_seconds = query->Real(1), .oldest_age = Duration(query->Int(2))};
+  });
+}
+
 absl::StatusOr<int> SqliteJobStore::ReleaseLeases(const std::string& worker) {
   return database_.Write([&](SqliteConnection& connection) -> absl::StatusOr<int> {
     return static_cast<int>(connection.Run(

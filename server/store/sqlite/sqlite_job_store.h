@@ -21,6 +21,7 @@ class SqliteJobStore final : public SqlStore<SqliteDatabase, SqliteJobTable> {
 
   absl::StatusOr<JobPage> List(const JobFilter& filter, int page_size, const std::string& page_token) override;
   absl::StatusOr<std::vector<Job>> ListClaimable(int limit) override;
+  absl::StatusOr<QueueDepth> MeasureQueue() override;
   absl::StatusOr<int> ReleaseLeases(const std::string& worker) override;
   absl::StatusOr<std::vector<Event>> ReadEvents(const JobId& id, std::int64_t after, int limit) override;
   absl::StatusOr<std::vector<Chunk>> ReadChunks(const JobId& id, std::int64_t from, std::int64_t max_bytes) override;

@@ -256,7 +256,7 @@ TEST(CommandLineTest, NamesAnUnknownOptionBeforeWhatIsMissing) {
 
 TEST(CommandLineTest, RefusesWhatIsMissing) {
   EXPECT_THAT(Refused({}), HasSubstr("solve, ensemble, analyze, lcp, dcp, model, netlist, plot, capabilities, health, "
-                                     "context, completion, man, or with jobs submit, watch"));
+                                     "context, workers, completion, man, or with jobs submit, watch"));
   EXPECT_THAT(Refused({"solve"}), HasSubstr("PROBLEM"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step"}), HasSubstr("--step"));
   EXPECT_THAT(Refused({"dcp", "d.json", "--step", "-1"}), HasSubstr("\"-1\" is not a number above 0"));

@@ -95,6 +95,8 @@ TEST_F(DlcsdSettingsTest, ErrorsNameTheSettingItsValueTheRuleAndThePlace) {
            {"listen = here", "--listen: \"here\" is not HOST:PORT"},
            {"store = /no/such/folder/jobs.db",
             "--store /no/such/folder/jobs.db: the folder /no/such/folder must exist"},
+           {"exit-when-idle = 5 minutes", "\"5 minutes\" is not a duration"},
+           {"exit-when-idle = 5m", "--exit-when-idle 300: needs --role worker"},
            {"store = mysql://host/jobs", "--store mysql://host/jobs: must be a file, or begin with postgresql://"},
            {"listen = 0.0.0.0:50051", "--listen 0.0.0.0:50051: other machines can reach this address"},
            {"tls-cert = /no/such.pem\ntls-key = /no/such.key", "/no/such.pem"},

@@ -368,6 +368,50 @@ TEST_F(JobManagerTest, AFrontAdmitsAndFollowsAndLetsOthersRun) {
   EXPECT_TRUE(front->Submit(Ask("1 1 1")).ok());
 }
 
+TEST_F(JobManagerTest, IsIdleOnlyWhileThereIsNothingToRunOrToClaim) {
+  const auto idle_for = [](const JobManager& manager, Duration wanted) {
+    for (int k = 0; k < 500 && manager.idle_for() < wanted; ++k) std::this_thread::sleep_for(10ms);
+    return manager.idle_for() >= wanted;
+  };
+  const auto manager = Start(Fast("one", 1));
+  EXPECT_TRUE(idle_for(*manager, 100ms));
+  const JobId first = Submit(*manager, "wait");
+  const JobId second = Submit(*manager, "2 2 1000");  // waits for the core
+  for (int k = 0; k < 500 && manager->load().running == 0; ++k) std::this_thread::sleep_for(10ms);
+  std::this_thread::sleep_for(100ms);
+  EXPECT_EQ(manager->idle_for(), Duration::zero());
+  ASSERT_TRUE(manager->Cancel("ada", first).ok());
+  EXPECT_EQ(Wait(*manager, second).state, JobState::kSucceeded);
+  const auto ended = std::chrono::steady_clock::now();
+  EXPECT_TRUE(idle_for(*manager, 200ms));
+  EXPECT_GE(std::chrono::steady_clock::now() - ended, 100ms);  // since the end, not since the start
+}
+
+TEST_F(JobManagerTest, IsNotIdleWhileTheStoreDoesNotAnswer) {
+  const auto manager = Start(Fast("one", 1));
+  store_.cannot_list = true;
+  std::this_thread::sleep_for(300ms);
+  EXPECT_LT(manager->idle_for(), 200ms);
+}
+
+TEST_F(JobManagerTest, TellsWhatWaitsInTheStore) {
+  JobManagerOptions options = Fast("front", 1);
+  options.runs_jobs = false;
+  const auto one = Start(options);
+  options.worker = "other front";
+  const auto other = Start(options);
+  Submit(*one, "1 1 1");
+  Submit(*one, "1 1 1");
+  for (int k = 0; k < 500 && other->load().oldest_queued_age < 50ms; ++k) std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(other->load().queued, 2);
+  EXPECT_DOUBLE_EQ(other->load().queued_core_seconds, 0.02);
+  EXPECT_GE(other->load().oldest_queued_age, 50ms);
+  const auto worker = Start(Fast("worker", 1));
+  for (int k = 0; k < 500 && other->load().queued > 0; ++k) std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(other->load().queued, 0);
+  EXPECT_EQ(other->load().oldest_queued_age, Duration::zero());
+}
+
 TEST_F(JobManagerTest, AServerThatWasTakenForDeadCannotSpoilTheResult) {
   JobManagerOptions options = Fast("cut off", 1);
   options.lease = 100ms;

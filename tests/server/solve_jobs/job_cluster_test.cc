@@ -27,6 +27,7 @@ using jobs::testing::PostgresServer;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
+using ::testing::AllOf;
 using testing::DlcsdProcess;
 using ::testing::HasSubstr;
 
@@ -88,6 +89,41 @@ TEST(JobClusterTest, AWorkerRunsJobsAndTakesNoCalls) {
   EXPECT_THAT(status.error_message(), HasSubstr("--role worker"));
   EXPECT_EQ(testing::Solve(*v1::SolverService::NewStub(channel), testing::SwitchingRequest(10)).status.error_code(),
             grpc::StatusCode::UNIMPLEMENTED);
+}
+
+TEST(JobClusterTest, AWorkerEndsWhenThereIsNothingToDo) {
+  PostgresServer database;
+  Server front("front", "front", database.address());
+  testing::FollowedJobs jobs(front.address(), seconds(100));
+  jobs.Submit(testing::SteppingRequest(200'000));
+  const auto begin = steady_clock::now();
+  DlcsdProcess worker({"--listen", "127.0.0.1:0", "--store", database.address(), "--role", "worker", "--worker-name",
+                       "one", "--exit-when-idle", "1.5s"});
+  EXPECT_EQ(worker.Wait(), 0);
+  EXPECT_GE(steady_clock::now() - begin, milliseconds(1500));
+  EXPECT_THAT(worker.ReadErrors(), AllOf(HasSubstr("job finished"), HasSubstr("no job to claim: shutting down")));
+  jobs.ExpectAllSucceed();
+}
+
+TEST(JobClusterTest, AWorkerThatIsToldToEndGivesItsJobBackAtOnce) {
+  PostgresServer database;
+  Server front("front", "front", database.address());
+  testing::FollowedJobs jobs(front.address(), seconds(100));
+  // A lease that nobody could wait for.
+  const auto flags = [&](const std::string& name) {
+    return std::vector<std::string>{"--listen",   "127.0.0.1:0", "--store",         database.address(),
+                                    "--role",     "worker",      "--worker-name",   name,
+                                    "--lease-ms", "3600000",     "--checkpoint-ms", "10"};
+  };
+  DlcsdProcess first(flags("one"));
+  ASSERT_NE(first.ReadAddress(), "");
+  jobs.Submit(testing::SteppingRequest(3'000'000));
+  std::this_thread::sleep_for(milliseconds(500));
+  first.Signal(SIGTERM);
+  EXPECT_EQ(first.Wait(), 0);
+  EXPECT_THAT(first.ReadErrors(), HasSubstr("job interrupted"));
+  DlcsdProcess second(flags("two"));
+  jobs.ExpectAllSucceed();
 }
 
 TEST(JobClusterTest, KilledWorkersFrontsAndDatabasesLoseNothingAndRepeatNothing) {

@@ -41,7 +41,12 @@ class FailingStore final : public JobStore {
   absl::Status Delete(const std::optional<std::string>& owner, const JobId& id) override {
     return Write([&] { return store_.Delete(owner, id); });
   }
-  absl::StatusOr<std::vector<Job>> ListClaimable(int limit) override { return store_.ListClaimable(limit); }
+  std::atomic<bool> cannot_list = false;
+  absl::StatusOr<std::vector<Job>> ListClaimable(int limit) override {
+    if (cannot_list) return absl::UnavailableError("not reached");
+    return store_.ListClaimable(limit);
+  }
+  absl::StatusOr<QueueDepth> MeasureQueue() override { return store_.MeasureQueue(); }
   absl::StatusOr<std::optional<ClaimedJob>> Claim(const std::string& worker, Duration lease,
                                                   std::span<const JobId> candidates) override {
     return Write<std::optional<ClaimedJob>>([&] { return store_.Claim(worker, lease, candidates); });

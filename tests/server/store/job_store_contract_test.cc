@@ -105,6 +105,27 @@ TEST_P(JobStoreContractTest, TheSameRequestTwiceIsOneJob) {
   EXPECT_FALSE(store_.Create(SampleJob())->existed);
 }
 
+TEST_P(JobStoreContractTest, MeasuresWhatCanBeClaimed) {
+  EXPECT_EQ(store_.MeasureQueue()->jobs, 0);
+  EXPECT_EQ(store_.MeasureQueue()->core_seconds, 0);
+  EXPECT_EQ(store_.MeasureQueue()->oldest_age, Duration::zero());
+  const JobId first = Submit(store_);
+  Submit(store_);
+  std::this_thread::sleep_for(2ms);
+  auto depth = shared_->other().MeasureQueue();
+  ASSERT_TRUE(depth.ok()) << depth.status();
+  EXPECT_EQ(depth->jobs, 2);
+  EXPECT_EQ(depth->core_seconds, 5);
+  const Duration age = depth->oldest_age;
+  const ClaimedJob claimed = Claim(store_, first);
+  depth = store_.MeasureQueue();
+  EXPECT_EQ(depth->jobs, 1);
+  ASSERT_TRUE(store_.Release(claimed.lease, 9).ok());
+  depth = store_.MeasureQueue();
+  EXPECT_EQ(depth->jobs, 2);
+  EXPECT_GE(depth->oldest_age, age);  // of the job, not of its place in the queue
+}
+
 TEST_P(JobStoreContractTest, UsersSeeTheirOwnJobsOnly) {
   const JobId id = Submit(store_, SampleJob("ada"));
   EXPECT_EQ(CodeOf(store_.Get("bob", id).status()), absl::StatusCode::kNotFound);
