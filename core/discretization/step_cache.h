@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/discretization/state_archive.h"
+#include "core/types.h"
 
 namespace dlcs {
 
@@ -20,13 +21,15 @@ inline bool IsSameStep(double a, double b) { return std::abs(a - b) <= 1e-12 * b
 
 // Most grids have few lengths; the limit keeps grids with many different lengths from filling the memory.
 inline constexpr size_t kCachedSteps = 8;
+// The limit for steps with sparse factors and iterative ones, which take up to gigabytes each.
+inline size_t MostStepsKept(Index states) { return states > 100'000 ? 1 : kCachedSteps; }
 
-// Runs whose steps agree to rounding share one value. The values of the kCachedSteps most recently used lengths are
-// kept.
+// Runs whose steps agree to rounding share one value. The values of the `most` most recently used lengths are kept.
 template <typename Value>
 class StepCache {
  public:
-  explicit StepCache(std::function<std::unique_ptr<Value>(double step)> make) : make_(std::move(make)) {}
+  explicit StepCache(std::function<std::unique_ptr<Value>(double step)> make, std::size_t most = kCachedSteps)
+      : make_(std::move(make)), most_(most) {}
 
   Value& At(double step) {
     const auto found =
@@ -34,7 +37,7 @@ class StepCache {
     if (found != values_.end()) {
       std::rotate(found, found + 1, values_.end());
     } else {
-      if (values_.size() == kCachedSteps) values_.erase(values_.begin());
+      if (values_.size() >= most_) values_.erase(values_.begin());
       values_.emplace_back(step, nullptr);
     }
     auto& [length, value] = values_.back();
@@ -61,6 +64,7 @@ class StepCache {
 
  private:
   std::function<std::unique_ptr<Value>(double)> make_;
+  std::size_t most_;
   std::vector<std::pair<double, std::unique_ptr<Value>>> values_;  // the most recently used one is last
 };
 

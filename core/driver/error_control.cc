@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/discretization/graded_grid.h"
 #include "core/discretization/scheme.h"
 #include "core/discretization/sources.h"
 #include "core/discretization/step_sources.h"
@@ -19,6 +20,7 @@
 #include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem/verdict.h"
+#include "core/stepping/iterative_step.h"
 
 namespace dlcs {
 namespace {
@@ -112,8 +114,8 @@ bool IsPaper(const Task& task) { return task.plan.method.method == Method::kWuCh
 // Of the method where the solution is smooth: y that is constant on a step, or jumps, is of first order.
 double ExpectedOrder(const Task& task) {
   const MethodChoice& method = task.plan.method;
-  const bool first_order_steps =
-      method.method == Method::kTimeStepping && !task.options.average_y && !method.two_stages;
+  if (method.two_stages) return 2;
+  const bool first_order_steps = method.method == Method::kTimeStepping && !task.options.average_y;
   return !first_order_steps && IsAlwaysLipschitz(task.plan.selection) ? 2 : 1;
 }
 
@@ -229,6 +231,20 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
   return system;
 }
 
+// Steps for a large sparse A resolve what decays behind a start far from rest, and behind jumps of the sources. Matrix
+// functions of A are exact there.
+bool ResolvesLayers(const Plan& plan) {
+  return plan.method.method == Method::kTimeStepping &&
+         (plan.propagator.record.used == PropagatorKind::kSparseStepping ||
+          plan.propagator.record.used == PropagatorKind::kIterativeStepping);
+}
+
+Grid GradedForLayers(const Problem& problem, const Grid& grid) {
+  absl::StatusOr<Sources> sources = Sources::Create(problem);
+  if (!sources.ok()) return grid;
+  return GradeBehind(grid, LayerTimes(problem, *sources), FastestStep(problem), 2 * grid.num_steps());
+}
+
 // Steps as short as options.error_tolerance requires; the nodes of a given grid are output times only.
 absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
   if (IsPaper(task)) {
@@ -249,6 +265,9 @@ absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
                         static_cast<double>(1 + task.problem.num_states() + 2 * task.problem.num_constraints());
     return FitsBeside(task, next, held);
   };
+  if (ResolvesLayers(task.plan)) {
+    system.grade = [&task](const Grid& grid) { return GradedForLayers(task.problem, grid); };
+  }
   if (task.follows_event_driven) system.most_default_steps -= kMaxDefaultEventWork;
   const Index most_of_paper = task.error_by_default ? kMaxDefaultPaperSteps : kMaxPaperSteps;
   const Index most_steps = IsPaper(task) ? most_of_paper : kMaxTrialSteps;
@@ -297,6 +316,7 @@ absl::StatusOr<ControlledSolution> TrySteps(const SystemSolves& system, Options 
   if (!has_grid) options.num_steps = kFirstTrialSteps;
   Grid grid = MakeGrid(system.horizon, system.break_points, options);
   for (const Index node : grid.output_nodes) wanted.push_back(grid.times[static_cast<std::size_t>(node)]);
+  if (system.grade) grid = system.grade(grid);
   grid.output_nodes.resize(grid.times.size());  // trials are compared at all of them
   std::iota(grid.output_nodes.begin(), grid.output_nodes.end(), Index{0});
   const StepControl control{.tolerance = options.error_tolerance,
@@ -380,6 +400,10 @@ absl::Status EstimateError(Task& task, Solution& solution) {
   const bool left_checkpoints = std::exchange(task.leaves_checkpoints, false);
   const absl::Status status = CompareSteps(SolvesOf(task, silent), grid, solution);
   task.leaves_checkpoints = left_checkpoints;
+  if (solution.propagator.used == PropagatorKind::kIterativeStepping) {
+    const Index steps = grid.num_steps();
+    solution.accuracy.error += static_cast<double>(steps) * IterativeStep::ToleranceFor(task.options, steps);
+  }
   if (solution.contour && solution.contour->nodes > 0) {  // which all of them have in common
     solution.accuracy.error = NanMax(solution.accuracy.error, std::pow(10, solution.contour->log10_error));
   }

@@ -35,6 +35,8 @@ struct SystemSolves {
   std::vector<double> break_points;
   double expected_order = 2;
   TrialSolves trials;
+  // Returns the grid of the first trial for a grid of equal steps; empty if that is the same.
+  std::function<Grid(const Grid&)> grade = {};
   // Of all trials together, if the error tolerance is the default one.
   Index most_default_steps = Options::kMaxDefaultSteps;
 };

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "core/discretization/step_cache.h"
 #include "core/linalg/multigrid_solver.h"
 
 namespace dlcs {
@@ -25,6 +27,15 @@ double IterativeStepBytes(const Problem& problem) {
   const double entries =
       static_cast<double>(A.nonZeros() + problem.B.nonzeros() + problem.N.nonzeros() + problem.M.nonzeros());
   return entries * kBytesOfAnEntry + (m + n) * vectors * kNumber;
+}
+
+// How many lengths of step have a set-up at the same time.
+double LengthsKept(const Grid& grid, Index states) {
+  std::vector<double> lengths;
+  for (const Run& run : grid.runs) lengths.push_back(run.step);
+  std::sort(lengths.begin(), lengths.end());
+  lengths.erase(std::unique(lengths.begin(), lengths.end(), IsSameStep), lengths.end());
+  return static_cast<double>(std::clamp(lengths.size(), std::size_t{1}, MostStepsKept(states)));
 }
 
 }  // namespace
@@ -57,11 +68,12 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
       const Index nonzeros = problem.A.Sparse().nonZeros() + problem.E.Sparse().nonZeros();
       const double in_the_plane = static_cast<double>(nonzeros) * std::max(1.0, std::log2(m));
       return trajectory + stretch +
-             SparseStepBytes(problem, propagator.factor_nonzeros > 0 ? propagator.factor_nonzeros : in_the_plane);
+             LengthsKept(grid, problem.num_states()) *
+                 SparseStepBytes(problem, propagator.factor_nonzeros > 0 ? propagator.factor_nonzeros : in_the_plane);
     }
     case PropagatorKind::kIterativeStepping:
       // Blocks have eight steps at least.
-      return trajectory + IterativeStepBytes(problem) +
+      return trajectory + LengthsKept(grid, problem.num_states()) * IterativeStepBytes(problem) +
              kColumnsOfARun * std::min(m * steps, std::max(8 * m, 2e6)) * kNumber;
     case PropagatorKind::kKroneckerSum:
     case PropagatorKind::kContour:

@@ -7,9 +7,17 @@
 #include "core/driver/memory_prediction.h"
 #include "core/format_number.h"
 #include "core/matrix_classes/lipschitz.h"
+#include "core/stepping/iterative_step.h"
 
 namespace dlcs {
 namespace {
+
+// Whether two implicit stages are of second order in x. Where y is not a Lipschitz function of x, the state must at
+// least be consistent inside smooth intervals, since the second stage extrapolates what the first has moved: so it is
+// where a pair with M_ii = 0 bounds one state that y acts on, an obstacle.
+bool AreTwoStagesOfSecondOrder(const Problem& problem, Selection selection) {
+  return IsAlwaysLipschitz(selection) || (selection == Selection::kAny && IterativeStep::WhyNot(problem).empty());
+}
 
 void ChooseForm(const Problem& problem, const Options& options, SetupCache* setups, Plan& plan) {
   plan.propagator = ChoosePropagator(problem, options, plan.method.method, plan.selection, setups);
@@ -21,7 +29,7 @@ void ChooseForm(const Problem& problem, const Options& options, SetupCache* setu
     plan.method.reason = plan.propagator.refusal;
     plan.propagator = ChoosePropagator(problem, options, plan.method.method, plan.selection, setups);
     const bool is_left_open = options.theta == 0 && !options.average_y;
-    plan.method.two_stages = is_left_open && IsAlwaysLipschitz(plan.selection) &&
+    plan.method.two_stages = is_left_open && AreTwoStagesOfSecondOrder(problem, plan.selection) &&
                              (plan.propagator.record.used == PropagatorKind::kSparseStepping ||
                               plan.propagator.record.used == PropagatorKind::kIterativeStepping);
     if (plan.method.two_stages) plan.method.reason += ". Steps have two stages, of second order";

@@ -7,10 +7,9 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "core/discretization/graded_grid.h"
 #include "core/discretization/grid.h"
-#include "core/discretization/sources.h"
 #include "core/driver/memory_prediction.h"
-#include "core/linalg/norms.h"
 #include "core/linalg/sparse_factor.h"
 #include "core/problem/mass_matrix.h"
 #include "core/problem/solution.h"
@@ -69,23 +68,14 @@ StepCount StepsInAll(const Problem& problem, const Options& options) {
   return options.estimate_error ? StepCount{1.75 * given, 3} : StepCount{given, 1};
 }
 
-// The same for steps, which have to resolve how states that start far from rest decay: an L-stable step of length h is
-// off by (λh)³ of a state with the rate λ. A matrix function is exact there.
+// The same for steps, which resolve how fast components start to move: trials have shorter steps behind layers
+// (core/discretization/graded_grid.h), here those behind 0, with lengths a quarter of each other.
 StepCount SteppingStepsInAll(const Problem& problem, const Options& options) {
-  constexpr double kResolved = 1.5, kMostSteps = 1e7;
-  constexpr double kTrials = 2;  // those with 64, 128, ... steps come to twice the last
   StepCount count = StepsInAll(problem, options);
-  auto sources = Sources::Create(problem);
-  if (options.has_grid() || !(options.error_tolerance > 0) || !sources.ok()) return count;
-  Vector f(problem.num_states());
-  sources->F(0, Side::kRight, f);
-  Vector rates = (problem.A * problem.x0 + f).cwiseAbs();
-  if (problem.has_mass()) rates = rates.cwiseQuotient(problem.E.Sparse().diagonal().cwiseAbs());
-  const double size = MaxAbs(problem.x0);
-  if (!(size > 0)) return count;
-  const double needed = MaxAbs(rates) / size * problem.horizon / (kResolved * std::cbrt(options.error_tolerance));
-  count.steps = std::min(std::max(count.steps, kTrials * needed), kMostSteps);  // also for NaN and infinity
-  return count;
+  if (options.has_grid() || !(options.error_tolerance > 0)) return count;
+  constexpr double kFirstTrial = 64, kStepsOfALevel = 6;
+  const double levels = std::clamp(std::log2(problem.horizon / kFirstTrial / FastestStep(problem)) / 2, 0.0, 20.0);
+  return {count.steps * (1 + kStepsOfALevel * levels / kFirstTrial), count.lengths * (1 + levels)};
 }
 
 // Predicted seconds of a solve with a sparse A on one thread, without its LCPs, which all ways but iterating share.
@@ -97,22 +87,22 @@ struct Seconds {
 // The constants were measured on grids of one to three dimensions with m from 343 to 20,000 and n from 2 to 150, where
 // each prediction is within a factor of four. What they decide between differs by ten to a hundred.
 Seconds PredictSeconds(const Problem& problem, const Options& options, const FactorSize& factor) {
-  constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 15, kSetupIterations = 20;
+  constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 11, kSetupIterations = 20;
   constexpr double kLcpSetup = 3.5e-10, kLcp = 2e-9;
   constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
   constexpr double kState = 5e-8;  // sources, certificate and records of a step
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
   const auto [steps, lengths] = StepsInAll(problem, options);
-  const double in_steps = SteppingStepsInAll(problem, options).steps;
+  const auto [in_steps, in_lengths] = SteppingStepsInAll(problem, options);
   const double iteration = kKrylovStart + kKrylovEntry * factor.matrix_nonzeros;
   const double solve = 2 * factor.nonzeros * kMultiplication;
   return {
       .contour = lengths * kContourEntry * factor.nonzeros + steps * 2 * n * n * kContourTerms * kMultiplication,
       .dense = lengths * kDenseSetup * m * m * m + steps * m * m * kMultiplication,
       .stepping =
-          lengths * (2 * factor.multiplications * kMultiplication + n * solve) + in_steps * (4 * solve + kState * m),
-      .lcps_of_stepping = lengths * kLcpSetup * n * n * n + in_steps * kLcp * n * n,
-      .iterating = (lengths * kSetupIterations + in_steps * kKrylovIterations) * iteration,
+          in_lengths * (2 * factor.multiplications * kMultiplication + n * solve) + in_steps * (4 * solve + kState * m),
+      .lcps_of_stepping = in_lengths * kLcpSetup * n * n * n + in_steps * kLcp * n * n,
+      .iterating = (in_lengths * kSetupIterations + in_steps * kKrylovIterations) * iteration,
   };
 }
 

@@ -2,12 +2,14 @@
 #include "core/problem/formula_switching.h"
 
 #include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <map>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "core/format_number.h"
@@ -127,8 +129,16 @@ class Search {
       is_short_ = range.hi - range.lo <= kShort * (end_ - begin_);
       enclosure_.Evaluate(range.lo, middle, range.hi);
       if (!is_atom && MustBeCut()) {
-        stack.push_back({middle, range.hi});
-        stack.push_back({range.lo, middle});
+        // Where a floor inside jumps, another switch is decided on neither side until the jump is on neither.
+        const double jump = SwitchInside(range), before = jump - 4 * least, after = jump + 4 * least;
+        if (range.lo < before && before < jump && jump < after && after < range.hi) {
+          stack.push_back({after, range.hi});
+          stack.push_back({before, after});
+          stack.push_back({range.lo, before});
+        } else {
+          stack.push_back({middle, range.hi});
+          stack.push_back({range.lo, middle});
+        }
         continue;
       }
       Settle(range, middle);
@@ -153,6 +163,23 @@ class Search {
     if (is_of_time_ && enclosure_.is_singular() && !enclosure_.is_singular_at_middle()) return true;
     return std::any_of(switches_.begin(), switches_.end(),
                        [&](int i) { return !IsDecided(i) && !IsMonotone(i) && !IsHiddenByRounding(i); });
+  }
+
+  // Where a switch with a monotone operand switches in `range`, the middle time of several; NaN if none does.
+  double SwitchInside(Range range) {
+    for (const int i : switches_) {
+      if (IsDecided(i) || !IsMonotone(i)) continue;
+      double level = 0;
+      if (IsRounding(OperationOf(i))) {
+        const double at_lo = Decider(i, range.lo), at_hi = Decider(i, range.hi);
+        const double first = std::ceil(std::min(at_lo, at_hi)), last = std::floor(std::max(at_lo, at_hi));
+        if (first > last) continue;
+        level = first + std::floor((last - first) / 2);
+      }
+      work_ += static_cast<double>(enclosure_.computed().size());
+      return Crossing(i, range, level, enclosure_.decider(i).slope.lo > 0);
+    }
+    return kNaN;
   }
 
   // Notes what happens on an interval that is not cut.
@@ -241,16 +268,26 @@ class Search {
     // max(0, sin(t + pi)) switches at 0, but for rounding.
     if (range.lo == begin_ && is_at_level(begin_)) return begin_;
     if (range.hi == end_ && is_at_level(end_)) return end_;
-    const auto is_behind = [&](double t) {
-      const double difference = Decider(i, t) - level;
-      return increasing ? difference >= 0 : difference <= 0;
-    };
-    if (is_behind(range.lo)) return range.lo;
-    if (!is_behind(range.hi)) return range.hi;
+    // Increases through zero.
+    const auto passed = [&](double t) { return increasing ? Decider(i, t) - level : level - Decider(i, t); };
+    const double least = range.lo, at_lo = passed(range.lo), at_hi = passed(range.hi);
+    if (at_lo >= 0) return range.lo;
+    if (!(at_hi >= 0)) return range.hi;
+    const auto are_neighbors = [](double a, double b) { return std::nextafter(a, b) == b; };
+    if (std::isfinite(at_lo) && std::isfinite(at_hi) && !are_neighbors(range.lo, range.hi)) {
+      std::uintmax_t most = 200;
+      std::tie(range.lo, range.hi) =
+          boost::math::tools::toms748_solve(passed, range.lo, range.hi, at_lo, at_hi, are_neighbors, most);
+    }
+    // Where it is zero at several times in a row, the first of them.
+    for (double ulps = 1; passed(range.lo) >= 0; ulps *= 2) {
+      range.hi = range.lo;
+      range.lo = std::max(least, range.lo - ulps * (range.hi - std::nextafter(range.hi, least)));
+    }
     while (true) {
       const double middle = range.lo + (range.hi - range.lo) / 2;
       if (!(range.lo < middle && middle < range.hi)) return range.hi;
-      (is_behind(middle) ? range.hi : range.lo) = middle;
+      (passed(middle) >= 0 ? range.hi : range.lo) = middle;
     }
   }
 

@@ -112,8 +112,15 @@ std::string IterativeStep::WhyNot(const Problem& problem) {
   return "";
 }
 
-IterativeStep::IterativeStep(const Problem& problem, double step, SparseRule rule, double theta, Workers& workers)
-    : rule_(problem, step, rule, theta) {
+double IterativeStep::ToleranceFor(const Options& options, Index steps) {
+  constexpr double kOfGivenSteps = 1e-10, kPart = 0.01;
+  if (!(options.error_tolerance > 0)) return kOfGivenSteps;
+  return std::clamp(kPart * options.error_tolerance / static_cast<double>(steps), kLeastTolerance, kOfGivenSteps);
+}
+
+IterativeStep::IterativeStep(const Problem& problem, double step, SparseRule rule, double theta, Workers& workers,
+                             double tolerance)
+    : rule_(problem, step, rule, theta), tolerance_(tolerance) {
   const SparseMatrix K = Assemble();
   std::vector<BoundedUnknown> bounded;
   for (const Pair& pair : pairs_) {
@@ -226,8 +233,8 @@ LcpStatus IterativeStep::Solve(const Vector& right, const Eigen::Ref<const Vecto
   const double of_pairs = norm_of_pair_states_ * size_of_x + norm_of_pairs_ * size_of_y + size_of_g;
   constexpr double kLeast = std::numeric_limits<double>::min();  // a tolerance of zero could not be divided by
   const ResidualScale tolerance{.split = m,
-                                .first = NanMax(kTolerance * size_of_x + kRounding * of_states, kLeast),
-                                .second = NanMax(kTolerance * of_pairs, kLeast)};
+                                .first = NanMax(tolerance_ * size_of_x + kRounding * of_states, kLeast),
+                                .second = NanMax(tolerance_ * of_pairs, kLeast)};
   return solver_->Solve(right_, bounds_, tolerance, state.z, state.multipliers);
 }
 

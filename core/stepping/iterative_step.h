@@ -11,6 +11,7 @@
 #include "core/discretization/step_rule.h"
 #include "core/lcp/structured/bounded_solver.h"
 #include "core/parallel/parallel.h"
+#include "core/problem/options.h"
 #include "core/problem/problem.h"
 
 namespace dlcs {
@@ -33,14 +34,19 @@ namespace dlcs {
 // others are points like all states.
 class IterativeStep {
  public:
-  // Residuals of the equations, relative to the largest x or y and their terms.
-  static constexpr double kTolerance = 2e-13;
+  // The residual of a step that is reached whatever the numbers are, relative to the largest x or y and their terms.
+  static constexpr double kLeastTolerance = 2e-13;
+  // The one that `options` leave room for in each of `steps`: in sum a hundredth of the error tolerance, or 1e-10 each
+  // where steps are given.
+  static double ToleranceFor(const Options& options, Index steps);
 
   // Why a problem is not served; empty if it is. Cost: the entries of B, N and M.
   static std::string WhyNot(const Problem& problem);
 
-  // For a problem that is served; it must outlive the step. Cost: that of core/linalg/multigrid_solver.h.
-  IterativeStep(const Problem& problem, double step, SparseRule rule, double theta, Workers& workers);
+  // For a problem that is served; it must outlive the step. `tolerance`: the relative residual of a step. Cost: that of
+  // core/linalg/multigrid_solver.h.
+  IterativeStep(const Problem& problem, double step, SparseRule rule, double theta, Workers& workers,
+                double tolerance = kLeastTolerance);
 
   const StepRule& rule() const { return rule_; }
   const BoundedSolver& solver() const { return *solver_; }
@@ -54,7 +60,7 @@ class IterativeStep {
                 const Eigen::Ref<const Vector>& g) const;
 
   // Solves for `state`, which holds a guess, with r = `right`. The verdict is that of BoundedSolver::Solve(): kSolved
-  // only where the equations hold to kTolerance, and the signs.
+  // only where the equations hold to the tolerance, and the signs.
   LcpStatus Solve(const Vector& right, const Eigen::Ref<const Vector>& g, State& state);
   Vector StatesOf(const State& state) const;  // x
   Vector PairsOf(const State& state) const;   // y
@@ -70,6 +76,7 @@ class IterativeStep {
   SparseMatrix Assemble();
 
   StepRule rule_;
+  double tolerance_;
   std::vector<Pair> pairs_;
   Vector scales_;                                       // S; empty without a mass matrix
   double norm_of_states_ = 0, norm_of_coupling_ = 0;    // ‖S (E - sA) S‖_∞, ‖w S B‖_∞ of the unknown y

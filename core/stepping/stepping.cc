@@ -165,7 +165,8 @@ bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper, 
   const std::vector<Run>& runs = context.grid.runs;
   SelectionStats departures;
   Progress progress(context);
-  StepCache<SegmentStepper> steppers([&](double step) { return make_stepper(step, progress); });
+  StepCache<SegmentStepper> steppers([&](double step) { return make_stepper(step, progress); },
+                                     MostStepsKept(problem.num_states()));
   Vector x = problem.x0;
   Vector y = Vector::Zero(problem.num_constraints());
   bool y_is_solution = false;

@@ -67,9 +67,10 @@ bool FitsDirectStep(const SolveContext& context) {
 bool StepIteratively(SolveContext& context) {
   const Problem& problem = context.problem;
   IterativeAccount account;
+  const double tolerance = IterativeStep::ToleranceFor(context.options, context.grid.num_steps());
   const auto make_stepper = [&](double step, Progress& progress) {
     auto iterative = std::make_unique<IterativeStep>(problem, step, RuleOf(context.options, context.two_stages),
-                                                     context.options.theta, context.workers);
+                                                     context.options.theta, context.workers, tolerance);
     const auto make_direct = [&context, step] {
       return FitsDirectStep(context) ? SparseStepper(context, step) : nullptr;
     };

@@ -11,6 +11,7 @@
 
 #include "core/context/component_errors.h"
 #include "core/linalg/norms.h"
+#include "core/models/obstacle.h"
 #include "core/problem/verdict.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
@@ -197,6 +198,77 @@ TEST(ErrorToleranceOptionTest, ChoosesEventLocationAndSaysWhy) {
   EXPECT_NE(solution.reason.find("for an error of 1e-08"), std::string::npos) << solution.reason;
   EXPECT_LE(ErrorOfFourOne(solution), 1e-9);
   EXPECT_EQ(SolveFor(ExampleFourOne(), Within(1e-2)).method, Method::kEventDriven);
+}
+
+// Heat on a line, without contact: each sine decays at its own rate. The start has a jump, so all of them matter.
+TEST(ErrorToleranceOptionTest, ResolvesTheDecayOfARoughStartInFewSteps) {
+  constexpr Index kStates = 300;
+  constexpr double kTolerance = 1e-4;
+  const double scale = (kStates + 1) * (kStates + 1);
+  std::vector<Eigen::Triplet<double>> entries;
+  Problem problem;
+  problem.x0 = Vector::Zero(kStates);
+  for (Index i = 0; i < kStates; ++i) {
+    entries.emplace_back(i, i, -2 * scale);
+    if (i > 0) entries.emplace_back(i, i - 1, scale);
+    if (i + 1 < kStates) entries.emplace_back(i, i + 1, scale);
+    if (i < kStates / 3) problem.x0[i] = 1;
+  }
+  SparseMatrix A(kStates, kStates), one(kStates, 1);
+  A.setFromTriplets(entries.begin(), entries.end());
+  one.insert(0, 0) = 1;
+  problem.A = A;
+  problem.B = one;
+  problem.N = SparseMatrix(one.transpose());
+  problem.M = Matrix::Identity(1, 1);
+  problem.f = TimeFunction::Zero(kStates);
+  problem.g = TimeFunction::Constant(Vector::Constant(1, 10));
+  problem.horizon = 0.1;
+  Options options = Within(kTolerance);
+  options.propagator = PropagatorKind::kSparseStepping;
+  options.output_times = {1e-5, 1e-4, 1e-3, 0.01, 0.1};
+  options.output_times_only = true;
+  const Solution solution = SolveFor(problem, options);
+  ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+  Matrix exact = Matrix::Zero(kStates, solution.x.cols());
+  for (Index k = 1; k <= kStates; ++k) {
+    const double angle = M_PI * static_cast<double>(k) / (kStates + 1);
+    Vector mode(kStates);
+    for (Index i = 0; i < kStates; ++i) mode[i] = std::sin(angle * static_cast<double>(i + 1));
+    const double start = mode.dot(problem.x0) / mode.squaredNorm();
+    const double rate = 4 * scale * std::pow(std::sin(angle / 2), 2);
+    for (Index j = 0; j < exact.cols(); ++j) {
+      exact.col(j) += start * std::exp(-rate * solution.times[static_cast<std::size_t>(j)]) * mode;
+    }
+  }
+  EXPECT_LE((solution.x - exact).cwiseAbs().maxCoeff(), kTolerance);
+  // Equal steps would have to be as short as the first of these, some 30,000 of them.
+  EXPECT_LE(solution.cost.steps, 4000);
+}
+
+// Steps of two stages above an obstacle, beside implicit Euler of the same steps, with Euler of far shorter steps as
+// the second method.
+TEST(ErrorToleranceOptionTest, TakesTwoStagesAboveAnObstacle) {
+  Problem problem = *MakeObstacleProblem({.cells = 250, .coefficient = 0.5, .horizon = 0.2, .load = "-2*sin(20*t)"});
+  problem.A = problem.A.Sparse();
+  Options options;
+  options.num_steps = 400;
+  options.propagator = PropagatorKind::kSparseStepping;
+  options.estimate_error = false;
+  const Solution two_stages = SolveFor(problem, options);
+  EXPECT_NE(two_stages.reason.find("two stages"), std::string::npos) << two_stages.reason;
+  options.method = Method::kTimeStepping;
+  const Solution euler = SolveFor(problem, options);
+  const auto last = [](const Solution& solution) { return Vector(solution.x.rightCols(1)); };
+  std::vector<Vector> fine;
+  for (const Index steps : {6400, 12800}) {
+    options.num_steps = steps;
+    fine.push_back(last(SolveFor(problem, options)));
+  }
+  const Vector reference = 2 * fine[1] - fine[0];
+  const double error = (last(two_stages) - reference).cwiseAbs().maxCoeff();
+  EXPECT_LE(error, 0.05 * (last(euler) - reference).cwiseAbs().maxCoeff());
+  EXPECT_LE(two_stages.certificate.node_residual, 1e-10);
 }
 
 // Ten steps of 0.1 see a source of 40 Hz at the same phase, and so do five and two.
