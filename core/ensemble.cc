@@ -11,6 +11,7 @@
 #include "core/parallel/parallel.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem/problem_checks.h"
+#include "core/problem/source_periods.h"
 #include "core/problem/violation_list.h"
 #include "core/solve.h"
 
@@ -25,6 +26,7 @@ std::string NameOf(Index member) { return "members[" + std::to_string(member) + 
 std::vector<Violation> AllViolations(const Problem& problem, const Options& options) {
   std::vector<Violation> violations = Validate(problem);
   for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
+  if (violations.empty()) violations = CheckPeriod(problem, options);
   return violations;
 }
 

@@ -13,6 +13,8 @@
 #include "core/driver/report.h"
 #include "core/outputs/measure_outputs.h"
 #include "core/parallel/stop_scope.h"
+#include "core/periodic/periodic.h"
+#include "core/problem/source_periods.h"
 #include "core/problem/validate.h"
 
 namespace dlcs {
@@ -55,6 +57,15 @@ absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Option
   return solution;
 }
 
+// Of a periodic solution: the outputs are those of one period.
+std::optional<Problem> ProblemOfPeriod(const Problem& problem, const Options& options, const Solution& solution) {
+  if (options.period > 0) return ProblemOfOnePeriod(problem, options.period).problem;
+  if (options.period == 0 || !solution.periodic) return std::nullopt;
+  Problem of_period = problem;
+  of_period.horizon = solution.periodic->period;
+  return of_period;
+}
+
 }  // namespace
 
 absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
@@ -64,15 +75,21 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
 }
 
 absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& options, Observer& observer,
-                                    std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
+                                        std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
   const StopScope scope(stop);
   try {
-    const std::optional<Problem> form = FormToSolve(problem, options);
-    Options kept = options;
-    kept.keep_pieces = options.keep_pieces || HasMeasurements(problem);
-    auto solution = SolveUnlessStopped(form ? *form : problem, kept, observer, stop, setups, resume);
+    Options solved_with = options;
+    if (options.period != 0) solved_with.method = Method::kEventDriven;
+    solved_with.keep_pieces = options.keep_pieces || HasMeasurements(problem);
+    const std::optional<Problem> form = FormToSolve(problem, solved_with);
+    const Problem& solved = form ? *form : problem;
+    auto solution = options.period != 0 ? SolvePeriodic(solved, solved_with, observer, stop, setups)
+                                        : SolveUnlessStopped(solved, solved_with, observer, stop, setups, resume);
     if (!solution.ok()) return solution;
-    if (absl::Status measured = MeasureOutputs(problem, *solution); !measured.ok()) return measured;
+    const std::optional<Problem> of_period = ProblemOfPeriod(problem, options, *solution);
+    if (absl::Status measured = MeasureOutputs(of_period ? *of_period : problem, *solution); !measured.ok()) {
+      return measured;
+    }
     if (!options.keep_pieces) solution->pieces.clear();
     return solution;
   } catch (const Stopped&) {

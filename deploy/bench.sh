@@ -15,7 +15,8 @@ fi
 report=$(realpath --canonicalize-missing "${1:-$root/build/bench-report.md}")
 [ "$report" != "${report%.md}" ] || report+=.md
 # Those that check their answers and know --quick.
-programs=(work_precision_bench choice_bench signorini_bench growth_bench threads_bench service_bench)
+programs=(work_precision_bench choice_bench signorini_bench growth_bench threads_bench service_bench
+  periodic_bench)
 plain=(events_bench lcp_bench)
 [ ${#quick[@]} -gt 0 ] || plain+=(large_bench)
 

@@ -2,9 +2,11 @@
 
 #include "core/context/consistency.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/discretization/step_sources.h"
@@ -49,13 +51,15 @@ void RaiseRowSize(SolveContext& context, const Eigen::Ref<const Vector>& g, cons
 struct Jump {
   LcpStatus verdict;
   Vector p;
+  Matrix matrix;    // of the LCP
+  Vector solution;  // p, μ
 };
 
 Jump FindJump(const Problem& problem, const Vector& q, const Vector& tolerance) {
   const Index n = problem.num_constraints();
   Matrix matrix = Matrix::Zero(2 * n, 2 * n);
-  matrix.topLeftCorner(n, n) = problem.has_mass() ? Matrix(problem.N * SolveMass(problem, problem.B.Dense()))
-                                                  : problem.N * problem.B;
+  matrix.topLeftCorner(n, n) =
+      problem.has_mass() ? Matrix(problem.N * SolveMass(problem, problem.B.Dense())) : problem.N * problem.B;
   matrix.topRightCorner(n, n) = problem.M.Dense();
   matrix.bottomLeftCorner(n, n) = -problem.M.Dense().transpose();
   Vector rhs = Vector::Zero(2 * n);
@@ -67,7 +71,33 @@ Jump FindJump(const Problem& problem, const Vector& q, const Vector& tolerance) 
   Jump jump;
   jump.verdict = MakeLcpSolver(matrix, Selection::kAny)->Solve(rhs, tolerances, basis, solution);
   jump.p = solution.head(n);
+  jump.matrix = std::move(matrix);
+  jump.solution = std::move(solution);
   return jump;
+}
+
+// The derivative of the state after `jump` by that before: the positive entries of p and μ solve a linear system.
+Matrix DerivativeOf(const Problem& problem, const Jump& jump) {
+  const Index n = problem.num_constraints();
+  std::vector<Index> positive;
+  for (Index i = 0; i < jump.solution.size(); ++i) {
+    if (jump.solution[i] > 0) positive.push_back(i);
+  }
+  const auto size = static_cast<Index>(positive.size());
+  Matrix system(size, size), of_state = Matrix::Zero(size, problem.num_states());
+  for (Index i = 0; i < size; ++i) {
+    const Index row = positive[static_cast<std::size_t>(i)];
+    for (Index j = 0; j < size; ++j) system(i, j) = jump.matrix(row, positive[static_cast<std::size_t>(j)]);
+    if (row < n) of_state.row(i) = problem.N.Dense().row(row);
+  }
+  // Singular where constraints depend on each other: then p is not unique, and B p is.
+  const Matrix moved = -system.completeOrthogonalDecomposition().solve(of_state);
+  Matrix p = Matrix::Zero(n, problem.num_states());
+  for (Index i = 0; i < size; ++i) {
+    if (const Index row = positive[static_cast<std::size_t>(i)]; row < n) p.row(row) = moved.row(i);
+  }
+  const Matrix identity = Matrix::Identity(problem.num_states(), problem.num_states());
+  return identity + SolveMass(problem, problem.B * p);
 }
 
 // The selected solution of LCP(q, M); zero where there is none.
@@ -149,6 +179,7 @@ bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Ve
   }
   x += dx;
   context.solution.jumps.push_back({time, dx, jump.p});
+  if (context.options.keep_flow) context.jump_derivative = DerivativeOf(problem, jump);
   if (context.y_is_function()) {
     q = problem.N * x + g;
     RaiseRowSize(context, g, x, y);

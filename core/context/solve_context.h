@@ -65,6 +65,9 @@ struct SolveContext {
   bool two_stages = false;
   Checkpointing checkpointing = {};
 
+  // With options.keep_flow: of the last jump of the state, the derivative of the state after it by that before.
+  Matrix jump_derivative = {};
+
   SolutionChoice choice() const { return {selection, problem.selector, matrix_class}; }
 
   // Constraints of relative degree two and more, and the first time at which y of one of them is positive.

@@ -24,6 +24,7 @@ bool FailsForAnyStep(Termination termination) {
     case Termination::kUnsupported:
     case Termination::kCancelled:
     case Termination::kNotSolved:
+    case Termination::kNotPeriodic:
       return true;
     case Termination::kReachedEnd:
     case Termination::kInfeasible:

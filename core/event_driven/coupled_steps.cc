@@ -17,8 +17,7 @@ CoupledSteps::CoupledSteps(const Problem& problem, Selection selection, SourceSa
   segment_.y = Matrix::Zero(problem.num_constraints(), 2);
 }
 
-CoupledSteps::Step CoupledSteps::Take(double begin, double end, double length,
-                                      const Eigen::Ref<const Vector>& x) {
+CoupledSteps::Step CoupledSteps::Take(double begin, double end, double length, const Eigen::Ref<const Vector>& x) {
   const double middle = begin + length / 2;
   Step step;
   step.verdict = TakeSteps(begin, end, length, x);

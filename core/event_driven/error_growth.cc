@@ -18,10 +18,6 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // degree.
 constexpr double kOfMissed = 0.25;
 
-Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s) {
-  return step.x * (2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(s)));
-}
-
 // The signs of `error`, and those of `otherwise` where it is zero.
 Vector SignsLike(const Eigen::Ref<const Vector>& error, Vector otherwise) {
   for (Index i = 0; i < error.size(); ++i) {

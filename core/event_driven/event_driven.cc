@@ -94,6 +94,7 @@ bool EventDriven(SolveContext& context) {
   EventRecord record;
   std::optional<Attempt> best;
   bool reached = false, is_rounding = false;
+  Index passes = 0;
   for (int solves = 1; true; ++solves) {
     record = {};
     EventDrivenLoop locator(context, of_steps, most_work - work, record);
@@ -103,6 +104,7 @@ bool EventDriven(SolveContext& context) {
       context.FailCancelled(locator.reached());
     }
     locator.Finish();
+    passes = solves;
     const Index work_of_solve = record.Work(num_states);
     work += work_of_solve;
     const bool was_cut = !reached;
@@ -127,6 +129,7 @@ bool EventDriven(SolveContext& context) {
   }
   solution.switching_times = SwitchingTimesOf(record, BreakPoints(context.problem), solution.jumps);
   solution.step = record.longest_step;
+  solution.cost.solves = passes;
   solution.accuracy.source = AccuracySource::kControlled;
   solution.accuracy.tolerance = tolerance;
   solution.accuracy.tolerance_is_default = context.error_by_default || asked == 0;

@@ -68,6 +68,7 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double tolerance, Index 
   magnitudes_.By = Vector::Zero(problem_.num_states());
   magnitudes_.g = magnitudes_.y;
   sizes_ = SizesOfData();
+  if (context.options.keep_flow) flow_.emplace(problem_.num_states(), !context.y_is_lipschitz());
 }
 
 bool EventDrivenLoop::Run() {
@@ -127,7 +128,10 @@ bool EventDrivenLoop::Start(double begin) {
   Vector g(problem_.num_constraints());
   sampler_.G(begin, Side::kRight, g);
   bool y_is_solution = false;
-  return StartInterval(context_, begin, g, x_, y_, y_is_solution);
+  const std::size_t jumps = context_.solution.jumps.size();
+  if (!StartInterval(context_, begin, g, x_, y_, y_is_solution)) return false;
+  if (flow_ && context_.solution.jumps.size() > jumps) flow_->AddJump(context_.jump_derivative);
+  return true;
 }
 
 bool EventDrivenLoop::Cross(double end) {
@@ -373,6 +377,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Shorten(double length) {
 // An event at t, the end of the last mode.
 EventDrivenLoop::Progressed EventDrivenLoop::EndMode(const ModeEnd& mode_end, double end) {
   errors_.AddEvent(*mode_, step_, sources_, mode_end.s, mode_end.guard);
+  if (flow_) flow_->AddEvent(*mode_, step_, sources_, mode_end.s, mode_end.guard);
   gap_ = GapOf(step_, sources_);
   event_step_ = {mode_->active, sources_.begin, end, x_start_, mode_end.guard};
   mode_ = nullptr;
@@ -476,6 +481,7 @@ void EventDrivenLoop::Accept(double end, double s_end) {
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
   errors_.AddStep(step_, sources_, Overlooked(s_end, end - t_), s_end);
+  if (flow_) flow_->AddStep(step_, sources_, s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = step_.x * at;
   y_ = (step_.y * at).cwiseMax(0);
@@ -548,6 +554,7 @@ bool EventDrivenLoop::TakeCoupledSteps(double end) {
     output_.AddCoupled(t_, step_end, x_, step.x, step.y, step.w, step.g);
     NoteInterval(step_end, nullptr);
     errors_.Add(step.error, step.inside);
+    if (flow_) flow_->GiveUp();
     x_ = step.x;
     y_ = step.y;
     w_ = step.w;
@@ -585,6 +592,7 @@ void EventDrivenLoop::Finish() {
   record_.errors = errors_.RelativeTo(magnitudes_);
   context_.certificate.Replace(output_.certificate());
   solution.pieces = output_.TakePieces();
+  if (flow_) solution.flow = flow_->Record();
 }
 
 }  // namespace dlcs

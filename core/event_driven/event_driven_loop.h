@@ -15,6 +15,7 @@
 #include "core/event_driven/event_output.h"
 #include "core/event_driven/event_record.h"
 #include "core/event_driven/first_crossing.h"
+#include "core/event_driven/flow_derivative.h"
 #include "core/event_driven/mode_search.h"
 #include "core/event_driven/smooth_step.h"
 
@@ -75,6 +76,7 @@ class EventDrivenLoop {
   CoupledSteps coupled_steps_;
   EventOutput output_;
   ErrorGrowth errors_;
+  std::optional<FlowDerivative> flow_;
   Progress progress_;
 
   double t_ = 0;

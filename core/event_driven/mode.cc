@@ -135,8 +135,8 @@ bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
   of_x << rows_A_, problem_.N.Dense()(S, Eigen::all);
   of_y << rows_B_(Eigen::all, S), problem_.M.Dense()(S, S);
   of_g << Matrix::Zero(m, n), ColumnsOfIdentity(n, S).transpose();
-  const Vector terms = of_x.cwiseAbs() * sizes.x + of_g.cwiseAbs() * sizes.g +
-                       slope.cwiseAbs() * (sizes.f + sizes.x / problem_.horizon);
+  const Vector terms =
+      of_x.cwiseAbs() * sizes.x + of_g.cwiseAbs() * sizes.g + slope.cwiseAbs() * (sizes.f + sizes.x / problem_.horizon);
   Vector scale = terms.unaryExpr([](double size) { return 1 / PowerOfTwo(size); });
   scale.tail(k) *= kPreferred;
   const Vector of_columns =

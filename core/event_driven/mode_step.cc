@@ -327,7 +327,8 @@ ModeStepper::Response ModeStepper::Respond(const Eigen::Ref<const Matrix>& start
                                            const Eigen::Ref<const Matrix>& at) const {
   const PencilForm& form = mode_->form;
   const Eigen::MatrixXcd from = form.inverse * starts;
-  const Eigen::MatrixXcd driven = (form.is_explicit() ? form.inverse : form.left) * (half_ * sources);
+  Eigen::MatrixXcd driven;
+  if (sources.cols() > 0) driven = (form.is_explicit() ? form.inverse : form.left) * (half_ * sources);
   const Matrix slope_at = 1 / half_ * GetLegendreBasis().derivative * at;
   Eigen::MatrixXcd values(starts.rows(), starts.cols() * at.cols()), slopes;
   if (!form.is_explicit()) slopes.resize(values.rows(), values.cols());
@@ -336,7 +337,7 @@ ModeStepper::Response ModeStepper::Respond(const Eigen::Ref<const Matrix>& start
   for (Index e = 0; e < starts.cols(); ++e) {
     c.setZero();
     c.col(0) = from.col(e);
-    c.col(1) = driven.col(e);
+    if (sources.cols() > 0) c.col(1) = driven.col(e);
     SolveTriangle(c);
     Subtract(LayersOf(c, no_source, OfRounding::kToo), c);
     values.middleCols(e * at.cols(), at.cols()).noalias() = c * at;

@@ -50,8 +50,9 @@ class ModeStepper {
   Solution Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source, const Vector& source_noise) const;
 
   // The propagation of errors: Solve() for constant sources, without refinement and layers. `starts` and `sources` have
-  // one column for each error. `values` are the errors at the times whose LegendreValues() are the columns of `at`: all
-  // times of the first error, then of the second, and so on; `slopes` their derivatives, if the mode is not explicit.
+  // one column for each error; an empty `sources` stands for zero. `values` are the errors at the times whose
+  // LegendreValues() are the columns of `at`: all times of the first error, then of the second, and so on; `slopes`
+  // their derivatives, if the mode is not explicit.
   struct Response {
     Matrix values;
     Matrix slopes;

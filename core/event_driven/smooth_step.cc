@@ -125,6 +125,10 @@ void SetLayerLengths(const Mode& mode, const Eigen::VectorXcd& parts, const Allo
 
 }  // namespace
 
+Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s) {
+  return step.x * (2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(s)));
+}
+
 EventGap GapOf(const SmoothStep& step, const StepSources& sources) {
   return {step.x_tail, sources.f_error + EstimateTail(sources.f), sources.g_error + EstimateTail(sources.g)};
 }

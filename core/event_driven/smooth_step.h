@@ -60,6 +60,9 @@ struct SmoothStep {
   Vector slope_size;  // for each state the size of the terms of x'
 };
 
+// x' of the polynomials at `s`.
+Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s);
+
 // What polynomials miss at an event inside a step. The event is located on them, but the guards of the next step start
 // from its own.
 struct EventGap {

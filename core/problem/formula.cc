@@ -98,8 +98,8 @@ double Formula::EvaluateAt(double t, Side side) {
     const FormulaStep& step = tree.steps[i];
     const double a = values_[static_cast<std::size_t>(step.a)];
     const double b = step.b < 0 ? 0 : values_[static_cast<std::size_t>(step.b)];
-    values_[i] = is_decided_ && step.of_time_alone && MayJump(step.operation) ? decisions_[i]
-                                                                                   : ValueOf(step.operation, a, b);
+    values_[i] =
+        is_decided_ && step.of_time_alone && MayJump(step.operation) ? decisions_[i] : ValueOf(step.operation, a, b);
   }
   const double value = values_.back();
   if (std::isfinite(value) || switching.gaps.empty()) return value;

@@ -24,8 +24,7 @@ void CheckFormulas(const std::vector<std::string>& formulas, const FormulaVariab
   for (std::size_t i = 0; i < formulas.size() && !list.full(); ++i) {
     LookForStop();
     const absl::StatusOr<FormulaTree> formula = ReadFormula(formulas[i], variables);
-    if (!formula.ok())
-      list.Add(field + "[" + std::to_string(i) + "]", std::string(formula.status().message()));
+    if (!formula.ok()) list.Add(field + "[" + std::to_string(i) + "]", std::string(formula.status().message()));
   }
 }
 
@@ -70,8 +69,7 @@ std::vector<Violation> Validate(const NonlinearProblem& problem) {
   const Index n = problem.num_constraints();
   ViolationList list;
   if (static_cast<Index>(problem.f.size()) != m) {
-    list.Add("f",
-             std::to_string(problem.f.size()) + " formulas; must be m = " + std::to_string(m) + " (from x0)");
+    list.Add("f", std::to_string(problem.f.size()) + " formulas; must be m = " + std::to_string(m) + " (from x0)");
   }
   CheckFormulas(problem.f, VariablesOf(problem), "f", list);
   if (n == 0) list.Add("g", "no formulas; must hold at least one");
@@ -83,8 +81,8 @@ std::vector<Violation> Validate(const NonlinearProblem& problem) {
   CheckBreakPoints(problem.break_points, has_horizon ? problem.horizon : HUGE_VAL, list);
   if (problem.W) {
     if (problem.W->rows() != m || problem.W->cols() != m) {
-      list.Add("W", ShapeText(problem.W->rows(), problem.W->cols()) + "; must be m x m = " + ShapeText(m, m) +
-                        " (from x0)");
+      list.Add("W",
+               ShapeText(problem.W->rows(), problem.W->cols()) + "; must be m x m = " + ShapeText(m, m) + " (from x0)");
     }
     list.AddNonFiniteEntries(*problem.W, "W");
   }
@@ -97,10 +95,15 @@ absl::Status CheckValid(const NonlinearProblem& problem, const Options& options)
   std::vector<Violation> violations = Validate(problem);
   for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
   if (options.method != Method::kAuto && options.method != Method::kLaplaceIteration) {
-    violations.push_back(
-        {"method", "nonlinear problems are solved by laplace-iteration only; must be that or auto"});
+    violations.push_back({"method", "nonlinear problems are solved by laplace-iteration only; must be that or auto"});
   }
+  for (Violation& violation : CheckPeriod(problem, options)) violations.push_back(std::move(violation));
   return StatusOf(violations);
+}
+
+std::vector<Violation> CheckPeriod(const NonlinearProblem& /*problem*/, const Options& options) {
+  if (options.period == 0) return {};
+  return {{"period", "periodic solutions of nonlinear problems are not searched for; must not be set"}};
 }
 
 }  // namespace dlcs

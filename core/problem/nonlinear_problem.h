@@ -47,6 +47,8 @@ std::vector<std::string> SourceWarnings(const NonlinearProblem& problem);
 // OK, or InvalidArgument with every violation of problem and options ("field: description", one per line). Of
 // the methods only kAuto and kLaplaceIteration solve nonlinear problems.
 absl::Status CheckValid(const NonlinearProblem& problem, const Options& options);
+// Options::period is for linear problems.
+std::vector<Violation> CheckPeriod(const NonlinearProblem& problem, const Options& options);
 
 }  // namespace dlcs
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/format_number.h"
+#include "core/problem/solution.h"
 #include "core/problem/violation_list.h"
 
 namespace dlcs {
@@ -62,6 +63,31 @@ void CheckGrid(const Options& options, double horizon, ViolationList& list) {
   CheckTimes(options.output_times, "output_times", horizon, list);
 }
 
+void CheckPeriodOptions(const Options& options, ViolationList& list) {
+  if (options.period == 0) return;
+  const bool is_unknown = options.period == Options::kFindPeriod;
+  if (!is_unknown && !(options.period > 0 && std::isfinite(options.period))) {
+    list.Add("period", NumberText(options.period) +
+                           "; must be positive and finite, or -1 to find that of an autonomous oscillation, or 0 for "
+                           "a solve from x0");
+  }
+  if (options.method != Method::kAuto && options.method != Method::kEventDriven) {
+    list.Add("method", std::string(MethodName(options.method)) +
+                           "; must be event-driven or left open where a periodic solution is asked for");
+  }
+  if (options.inelastic_impact) {
+    list.Add("inelastic_impact",
+             "must not be set where a periodic solution is asked for: event-driven knows no impacts");
+  }
+  const auto refuse_times = [&](const std::vector<double>& times, const char* field) {
+    if (!is_unknown || times.empty()) return;
+    list.Add(field, std::to_string(times.size()) +
+                        " times; must not be set where the period is to be found: ask for a number of steps");
+  };
+  refuse_times(options.output_times, "output_times");
+  refuse_times(options.grid_times, "grid_times");
+}
+
 void CheckIteration(const Options& options, ViolationList& list) {
   if (options.window_steps < Options::kWholeHorizon) {
     list.Add("window_steps",
@@ -105,7 +131,8 @@ void CheckContour(const Options& options, ViolationList& list) {
 
 std::vector<Violation> Validate(const Options& options, double horizon) {
   ViolationList list;
-  CheckGrid(options, horizon, list);
+  CheckGrid(options, options.period > 0 ? options.period : horizon, list);
+  CheckPeriodOptions(options, list);
   if (!(options.theta >= 0 && options.theta <= 1)) {
     list.Add("theta", NumberText(options.theta) + "; must lie in [0, 1]");
   }

@@ -28,7 +28,7 @@ enum class PropagatorKind {
   kDense,         // dense matrix functions of A: any A of moderate size
   kKroneckerSum,  // A diagonalized factor by factor, N (zI - A)⁻¹ B a short sum of exponentials for each slow mode
   kContour,  // N (zI - A)⁻¹ B inverted on contours, a sparse factorization per node: large sparse A, few constraints
-  kSparseStepping,  // one sparse factorization of I - h(1-θ)A per step length; time_stepping only
+  kSparseStepping,     // one sparse factorization of I - h(1-θ)A per step length; time_stepping only
   kIterativeStepping,  // Krylov iterations with multigrid instead: sparse A whose factors fill; time_stepping only
 };
 
@@ -74,6 +74,14 @@ struct Options {
   // event_driven: keep the polynomials of its steps (Solution::pieces), 13 (m + 2n) numbers each, for dense output
   // (core/event_driven/interpolant.h). Other methods need only their nodes for it.
   bool keep_pieces = false;
+  // event_driven: keep dx(T)/dx(0) (Solution::flow).
+  bool keep_flow = false;
+
+  // Find the periodic steady state with this period, x(0) = x(period), instead of following the solution from x0: x0 is
+  // where the search starts, and the period takes the place of T (core/periodic/periodic.h). kFindPeriod: the period is
+  // unknown too, that of an autonomous oscillation. 0: solve from x0.
+  double period = 0;
+  static constexpr double kFindPeriod = -1;
 
   // time_stepping: θ of (1.3) in [Chen & Xiang 2013]: 0 is implicit, 1/2 trapezoidal in x, 1 explicit in x. (Many texts
   // call this 1 - θ.)
@@ -144,7 +152,8 @@ struct Options {
   int num_threads = 0;
 };
 
-// Every rule that `options` break for a problem with this `horizon`. Violations name the fields as above.
+// Every rule that `options` break for a problem with this `horizon`; with a period times are checked against that, and
+// core/problem/source_periods.h checks the period itself. Violations name the fields as above.
 std::vector<Violation> Validate(const Options& options, double horizon);
 
 }  // namespace dlcs

@@ -25,6 +25,8 @@ const char* TerminationName(Termination termination) {
       return "ITERATION_LIMIT";
     case Termination::kInconsistentState:
       return "INCONSISTENT_STATE";
+    case Termination::kNotPeriodic:
+      return "NOT_PERIODIC";
     case Termination::kUnsupported:
       return "UNSUPPORTED";
     case Termination::kNonFinite:

@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_PROBLEM_SOLUTION_H_
 #define DLCS_CORE_PROBLEM_SOLUTION_H_
 
+#include <complex>
 #include <limits>
 #include <optional>
 #include <string>
@@ -24,6 +25,7 @@ enum class Termination {
   kUnsupported,        // the class of the system is not supported, or does not meet the method's conditions
   kNonFinite,          // an infinity or NaN appeared
   kCancelled,          // the stop token was triggered
+  kNotPeriodic,        // there is no periodic solution, none that is isolated, or none was found
 };
 
 // How well the returned trajectory satisfies the system, measured after the fact. With w = N x + g + M y:
@@ -138,12 +140,37 @@ struct MeasurementResult {
   std::string reason;           // why there is no value
 };
 
+// The flow of event_driven from 0 to T.
+struct FlowRecord {
+  Matrix derivative;    // dx(T)/dx(0), m × m; empty where steps without a mode were taken
+  Vector begin_slope;   // x'(0⁺)
+  Vector end_slope;     // x'(T⁻)
+  bool grazes = false;  // a guard only touched zero at an event: the derivative holds on one side at best
+};
+
+// A periodic steady state, or how far the search for it came (core/periodic/periodic.h).
+struct PeriodicRecord {
+  double period = 0;
+  // The eigenvalues of the derivative of x(period) by x(0), the largest first: what becomes of a disturbance in one
+  // period. The solution is stable if all are inside the unit circle. Of an autonomous oscillation one is 1.
+  std::vector<std::complex<double>> multipliers;
+  // The averages over one period, exact for the polynomials of the steps. Multipliers of jumps are not in that of y.
+  Vector mean_x, mean_y, mean_w;
+  double residual = std::numeric_limits<double>::quiet_NaN();  // the largest |x_i(period) - x_i(0)| / max |x_i|
+  // The largest error of a component by the residual and by the errors of one period, relative to its size: both are
+  // amplified where multipliers are near 1.
+  double error = std::numeric_limits<double>::quiet_NaN();
+  Index periods = 0;            // integrated, with those that event_driven repeated
+  Index newton_iterations = 0;  // accepted ones
+  double phase = 0;             // the time of the sources at which the period begins, a multiple of it
+};
+
 // How x0, f and y were propagated to N x.
 struct PropagatorRecord {
   PropagatorKind used = PropagatorKind::kDense;
   std::string reason;
-  Index terms = 0;           // exponentials for each slow mode, or nodes of all contours; 0 for dense matrices
-  Index factorizations = 0;  // sparse ones
+  Index terms = 0;              // exponentials for each slow mode, or nodes of all contours; 0 for dense matrices
+  Index factorizations = 0;     // sparse ones
   Index linear_iterations = 0;  // Krylov steps, each with one V-cycle of multigrid
   Index set_changes = 0;        // active sets tried beyond the first of each LCP, with kIterativeStepping
   double error = 0;  // bound of the change of N x by approximating the transfer function, relative to its largest value
@@ -158,6 +185,7 @@ struct Cost {
   Index newton_iterations = 0;  // of all steps
   Index most_newton_iterations = 0;  // of one step
   Index substituted_steps = 0;       // that Newton's method could not solve
+  Index solves = 1;                  // of event_driven: how often [0, T] was solved, with smaller errors each time
   double seconds_setup = 0;
   double seconds_lcp = 0;  // includes propagation in time-stepping methods, where the two cannot be separated
   double seconds_linear = 0;
@@ -237,8 +265,10 @@ struct Solution {
   std::optional<NewtonRecord> newton;          // with StepSolver::kNewton
   std::vector<SwitchingTime> switching_times;  // of event_driven, in order
   PropagatorRecord propagator;
-  std::optional<KernelRecord> kernel;    // of laplace_iteration
-  std::optional<ContourRecord> contour;  // of wu_chen_iteration
+  std::optional<KernelRecord> kernel;      // of laplace_iteration
+  std::optional<ContourRecord> contour;    // of wu_chen_iteration
+  std::optional<FlowRecord> flow;          // of event_driven, with Options::keep_flow
+  std::optional<PeriodicRecord> periodic;  // with Options::period
 };
 
 // "REACHED_END", "INFEASIBLE", ...

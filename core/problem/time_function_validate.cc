@@ -15,9 +15,7 @@
 namespace dlcs {
 namespace {
 
-std::string At(const std::string& name, std::size_t index) {
-  return name + "[" + std::to_string(index) + "]";
-}
+std::string At(const std::string& name, std::size_t index) { return name + "[" + std::to_string(index) + "]"; }
 
 std::string SizeRule(std::size_t found, Index size) {
   return std::to_string(found) + " components; must be " + std::to_string(size);
@@ -80,8 +78,7 @@ struct PieceRules {
  private:
   void CheckShape(const Matrix& matrix, Index columns, const std::string& name, const char* meaning) const {
     if (matrix.rows() != size || matrix.cols() != columns) {
-      list.Add(name,
-               ShapeText(matrix.rows(), matrix.cols()) + "; must be " + ShapeText(size, columns) + meaning);
+      list.Add(name, ShapeText(matrix.rows(), matrix.cols()) + "; must be " + ShapeText(size, columns) + meaning);
     }
   }
 };
@@ -107,8 +104,8 @@ void ValidatePieces(const TimeFunction& function, Index size, const std::string&
 void Validate(const TimeFunction& function, Index size, const std::string& field, ViolationList& list) {
   if (!function.is_lifted()) return ValidatePieces(function, size, field, list);
   if (function.lift.rows() != size) {
-    list.Add(field + ".lift", ShapeText(function.lift.rows(), function.lift.cols()) + "; must have " +
-                                  std::to_string(size) + " rows");
+    list.Add(field + ".lift",
+             ShapeText(function.lift.rows(), function.lift.cols()) + "; must have " + std::to_string(size) + " rows");
   }
   list.AddNonFiniteEntries(function.lift, field + ".lift");
   ValidatePieces(function, function.lift.cols(), field + ".of", list);

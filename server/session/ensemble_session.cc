@@ -33,9 +33,10 @@ std::int64_t HeldBytes(const PreparedEnsemble& prepared, const SessionLimits& li
   return std::min(prepared.all_bytes, std::max(largest, allowed));
 }
 
-absl::StatusOr<std::optional<OutputEvaluator>> OutputsOfMember(const SoundEnsemble& ensemble, Index member) {
+absl::StatusOr<std::optional<OutputEvaluator>> OutputsOfMember(const SoundEnsemble& ensemble, const Options& options,
+                                                               Index member) {
   if (ensemble.base.outputs.shown() == 0) return std::optional<OutputEvaluator>();
-  return OutputsOf(MemberProblem(ensemble.base, ensemble.members[static_cast<std::size_t>(member)]));
+  return OutputsOf(MemberProblem(ensemble.base, ensemble.members[static_cast<std::size_t>(member)]), options);
 }
 
 void Count(const FinishedSolve& solve, v1::EnsembleSummary& summary) {
@@ -92,7 +93,7 @@ absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared
   absl::Status outputs_status;
   const auto finished = [&](Index member, Solution solution) {
     AddNames(prepared.ensemble.names, solution);
-    auto outputs = OutputsOfMember(prepared.ensemble, member);
+    auto outputs = OutputsOfMember(prepared.ensemble, prepared.options, member);
     outputs_status.Update(outputs.status());
     if (!outputs.ok()) return;
     FinishedSolve solve(std::move(solution), *std::move(outputs), control.cause(), 1);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/problem/source_periods.h"
 #include "core/problem/violation_list.h"
 #include "fmt/format.h"
 #include "proto/wire/matrix_shape.h"
@@ -25,6 +26,7 @@ std::vector<Violation> AllViolations(const System& problem, const Options& optio
   for (Violation& violation : Validate(options, problem.horizon)) {
     violations.push_back({WireOptionName(violation.field), std::move(violation.description)});
   }
+  if (violations.empty()) violations = CheckPeriod(problem, options);
   return violations;
 }
 
@@ -149,7 +151,7 @@ double CountSteps(double horizon, std::size_t break_points, const Options& optio
 }
 
 double CountSteps(const Problem& problem, const Options& options) {
-  return CountSteps(problem.horizon, BreakPoints(problem).size(), options);
+  return CountSteps(options.period > 0 ? options.period : problem.horizon, BreakPoints(problem).size(), options);
 }
 double CountSteps(const NonlinearProblem& problem, const Options& options) {
   return CountSteps(problem.horizon, BreakPoints(problem).size(), options);

@@ -9,6 +9,7 @@
 
 #include "core/nonlinear/solve_nonlinear.h"
 #include "core/problem/observer.h"
+#include "core/problem/source_periods.h"
 #include "core/solve.h"
 #include "fmt/format.h"
 #include "google/protobuf/util/time_util.h"
@@ -146,9 +147,10 @@ FinishedSolve::FinishedSolve(Solution solution, std::optional<OutputEvaluator> o
                              std::int64_t next_sequence)
     : solution_(std::move(solution)), outputs_(std::move(outputs)), cause_(cause), next_sequence_(next_sequence) {}
 
-absl::StatusOr<std::optional<OutputEvaluator>> OutputsOf(const Problem& problem) {
+absl::StatusOr<std::optional<OutputEvaluator>> OutputsOf(const Problem& problem, const Options& options) {
   if (problem.outputs.shown() == 0) return std::optional<OutputEvaluator>();
-  auto outputs = OutputEvaluator::Create(problem);
+  auto outputs = options.period > 0 ? OutputEvaluator::Create(ProblemOfOnePeriod(problem, options.period).problem)
+                                    : OutputEvaluator::Create(problem);
   if (!outputs.ok()) return outputs.status();
   return std::optional<OutputEvaluator>(*std::move(outputs));
 }
@@ -193,7 +195,7 @@ absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std:
   if (!solution.ok()) return FromEngine(solution.status(), prepared.system);
   AddNames(prepared.names, *solution);
   absl::StatusOr<std::optional<OutputEvaluator>> outputs = std::optional<OutputEvaluator>();
-  if (const auto* linear = std::get_if<Problem>(&prepared.system)) outputs = OutputsOf(*linear);
+  if (const auto* linear = std::get_if<Problem>(&prepared.system)) outputs = OutputsOf(*linear, prepared.options);
   if (!outputs.ok()) return outputs.status();
   return FinishedSolve(*std::move(solution), *std::move(outputs), control.cause(), writer.next_sequence());
 }

@@ -96,7 +96,7 @@ class FinishedSolve {
 
 // What evaluates the outputs of `problem` in trajectories; nothing where it has none. Errors: those of
 // OutputEvaluator::Create().
-absl::StatusOr<std::optional<OutputEvaluator>> OutputsOf(const Problem& problem);
+absl::StatusOr<std::optional<OutputEvaluator>> OutputsOf(const Problem& problem, const Options& options);
 
 // The peak memory of this process so far.
 double PeakResidentBytes();

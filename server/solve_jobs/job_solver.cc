@@ -233,7 +233,7 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
   const double horizon = std::visit([](const auto& problem) { return problem.horizon; }, prepared->system);
   const double share = WillCompare(prepared->options) ? kShareOfComparedSolve : 1;
   absl::StatusOr<std::optional<OutputEvaluator>> outputs = std::optional<OutputEvaluator>();
-  if (const auto* linear = std::get_if<Problem>(&prepared->system)) outputs = OutputsOf(*linear);
+  if (const auto* linear = std::get_if<Problem>(&prepared->system)) outputs = OutputsOf(*linear, prepared->options);
   if (!outputs.ok()) return {outputs.status(), ""};
   RunObserver observer(run, horizon, share, prepared->names, *std::move(outputs), stored, state.has_value(),
                        checkpoint_every_);

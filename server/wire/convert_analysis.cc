@@ -88,8 +88,7 @@ v1::AnalyzeProblemResponse ToProto(const Analysis& analysis) {
   for (const AnalysisSection& section : analysis.sections) *result.add_sections() = ToProto(section);
   v1::Recommendation& recommendation = *result.mutable_recommendation();
   *recommendation.mutable_options() = ToProto(analysis.recommendation.options);
-  recommendation.mutable_reasons()->Add(analysis.recommendation.reasons.begin(),
-                                        analysis.recommendation.reasons.end());
+  recommendation.mutable_reasons()->Add(analysis.recommendation.reasons.begin(), analysis.recommendation.reasons.end());
   recommendation.set_refusal(analysis.recommendation.refusal);
   result.mutable_warnings()->Add(analysis.warnings.begin(), analysis.warnings.end());
   result.set_seconds(analysis.seconds);

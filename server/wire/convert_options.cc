@@ -156,9 +156,9 @@ PropagatorKind PropagatorFromProto(v1::PropagatorKind propagator, std::vector<Vi
     default:
       break;
   }
-  violations.push_back(Unknown(
-      "propagator", propagator,
-      "0 automatic, 1 dense, 2 Kronecker sum, 3 contour, 4 sparse stepping, 5 iterative stepping"));
+  violations.push_back(
+      Unknown("propagator", propagator,
+              "0 automatic, 1 dense, 2 Kronecker sum, 3 contour, 4 sparse stepping, 5 iterative stepping"));
   return PropagatorKind::kAuto;
 }
 
@@ -224,6 +224,7 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   result.project_initial_state = options.project_initial_state();
   result.inelastic_impact = options.inelastic_impact();
   if (options.has_estimate_error()) result.estimate_error = options.estimate_error();
+  result.period = options.period();
   result.num_threads = options.threads();
   return result;
 }
@@ -266,6 +267,7 @@ v1::SolveOptions ToProto(const Options& options) {
   result.set_project_initial_state(options.project_initial_state);
   result.set_inelastic_impact(options.inelastic_impact);
   if (!options.estimate_error) result.set_estimate_error(false);
+  result.set_period(options.period);
   result.set_threads(options.num_threads);
   return result;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdint>
 #include <limits>
 
@@ -144,6 +145,25 @@ v1::ContourRecord ToProto(const ContourRecord& record) {
   return result;
 }
 
+v1::PeriodicSolution ToProto(const PeriodicRecord& record) {
+  v1::PeriodicSolution result;
+  result.set_period(record.period);
+  for (const std::complex<double>& multiplier : record.multipliers) {
+    v1::Multiplier& out = *result.add_multipliers();
+    out.set_real(multiplier.real());
+    out.set_imaginary(multiplier.imag());
+  }
+  Append(record.mean_x, *result.mutable_mean_x());
+  Append(record.mean_y, *result.mutable_mean_y());
+  Append(record.mean_w, *result.mutable_mean_w());
+  if (!std::isnan(record.residual)) result.set_residual(record.residual);
+  if (!std::isnan(record.error)) result.set_error(record.error);
+  result.set_periods(Count(record.periods));
+  result.set_newton_iterations(Count(record.newton_iterations));
+  result.set_phase(record.phase);
+  return result;
+}
+
 v1::SwitchingKind ToProto(SwitchingKind kind) {
   switch (kind) {
     case SwitchingKind::kStart:
@@ -201,6 +221,8 @@ v1::Termination ToProto(Termination termination) {
       return v1::TERMINATION_NON_FINITE;
     case Termination::kCancelled:
       return v1::TERMINATION_CANCELLED;
+    case Termination::kNotPeriodic:
+      return v1::TERMINATION_NOT_PERIODIC;
   }
   return v1::TERMINATION_UNSPECIFIED;
 }
@@ -296,6 +318,7 @@ v1::Summary SummaryToProto(const Solution& solution) {
   if (solution.newton) *result.mutable_newton() = ToProto(*solution.newton);
   if (solution.kernel) *result.mutable_kernel() = ToProto(*solution.kernel);
   if (solution.contour) *result.mutable_contour() = ToProto(*solution.contour);
+  if (solution.periodic) *result.mutable_periodic() = ToProto(*solution.periodic);
   result.set_switchings(static_cast<Index>(solution.switching_times.size()));
   for (const SwitchingTime& switching : solution.switching_times) {
     if (result.switching_times_size() == kMaxListedSwitchings) break;

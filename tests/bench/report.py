@@ -298,11 +298,34 @@ def report_lcps(runs):
     report_plain(runs)
 
 
+def report_periodic(runs):
+    rows = []
+    for run in runs:
+        verdict = "met" if run["ratio"] >= run["goal"] and run["integrated"] <= 12 else "**missed**"
+        rows.append(
+            [
+                run["name"].split("/")[1],
+                f"{run['integrated']:.0f}",
+                f"{run['steady_ms']:.3g} ms",
+                f"{run['transient_ms']:.3g} ms",
+                f"{run['ratio']:.3g}",
+                f"{run['goal']:.3g}: {verdict}",
+                f"{run['difference']:.1g}",
+            ]
+        )
+    print(
+        table(
+            ["periods N", "integrated", "steady state", "transient", "ratio", "goal N/25, at most 12", "apart"], rows
+        )
+    )
+
+
 # In the order of the report; a program that is not named here gets a plain table at the end.
 CHAPTERS = {
     "work_precision_bench": ("Work and precision", report_work_precision),
     "choice_bench": ("The automatic choice", report_choice),
     "events_bench": ("Event location", report_plain),
+    "periodic_bench": ("Periodic steady states", report_periodic),
     "lcp_bench": ("Linear complementarity problems", report_lcps),
     "signorini_bench": ("The Signorini problem", report_signorini),
     "growth_bench": ("Growth with steps, pairs and states", report_growth),

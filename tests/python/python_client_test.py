@@ -66,6 +66,21 @@ class SolveTest(unittest.TestCase):
         self.assertEqual(sol.t_events[0], 0)
         self.assertGreater(sol.t_events.size, 1)
 
+    def test_finds_the_periodic_steady_state(self):
+        # x' = -x/100 + sin 3t, and a pair that does nothing.
+        period = 2 * math.pi / 3
+        system = {"A": [[-0.01]], "B": [[0]], "N": [[0]], "M": [[1]], "f": ["sin(3*t)"], "g": [1], "x0": [5]}
+        times = np.linspace(0, period, 7)
+        sol = dlcs.solve(**system, t_span=(0, 10), period=period, t_eval=times, tol=1e-9)
+        self.assertTrue(sol.success, sol.message)
+        exact_x = (0.01 * np.sin(3 * times) - 3 * np.cos(3 * times)) / (0.01**2 + 9)
+        np.testing.assert_allclose(sol.x[0], exact_x, atol=1e-9)
+        periodic = sol.summary.periodic
+        self.assertAlmostEqual(periodic.multipliers[0].real, math.exp(-0.01 * period), 12)
+        self.assertAlmostEqual(periodic.mean_x[0], 0, 8)
+        with self.assertRaisesRegex(dlcs.InvalidArgument, "period of every source"):
+            dlcs.solve(**system, t_span=(0, 10), period=2)
+
     def test_fits_callables(self):
         for tol in (1e-5, 1e-9):
             sol = dlcs.solve(**FOUR_ONE, f=lambda t: [1.2 * math.sin(10 * t), 0], tol=tol)

@@ -68,10 +68,14 @@ std::set<double> EvenTimes(const v1::SolveOptions& options, double horizon, int 
   return times;
 }
 
+// Whether the end of the solution is not known before.
+bool FindsPeriod(const v1::SolveOptions& options) { return options.period() < 0; }
+
 // A table shows the solution at a few times, unless others were requested. Returns these times; empty: all.
 std::set<double> TableTimes(const SolveCommand& command, double horizon) {
   const v1::SolveOptions& options = command.options;
   if (command.format != OutputFormat::kTable || !options.output_times().empty() || !(horizon > 0)) return {};
+  if (FindsPeriod(options)) return {};
   return EvenTimes(options, horizon, kTableIntervals);
 }
 
@@ -192,7 +196,7 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                          .utf8 = UsesUtf8(),
                          .verbose = command.verbose,
                          .width = WidthOf(stderr),
-                         .horizon = input.horizon(),
+                         .horizon = command.options.period() > 0 ? command.options.period() : input.horizon(),
                          .warnings = command.format != OutputFormat::kTable || !IsStandardOutput(command.output),
                          .nonlinear = input.is_nonlinear(),
                          .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0,
@@ -242,14 +246,19 @@ ExitCode Run(const SolveCommand& command) {
   const absl::Status fetched = input->FetchUploaded(limits);
   if (!fetched.ok()) return PrintError(fetched, ExitCodeOf(fetched));
   v1::SolveRequest request = input->SolveRequest(command.options);
-  if (!command.quiet && input->horizon() > 0 && command.options.step() > input->horizon()) {
+  const double horizon = command.options.period() > 0 ? command.options.period() : input->horizon();
+  if (!command.quiet && horizon > 0 && command.options.step() > horizon) {
     fmt::print(stderr, "dlcs: --step {} is longer than T = {} and shortens no step; give a shorter one\n",
-               command.options.step(), input->horizon());
+               command.options.step(), horizon);
   }
-  const std::set<double> table_times = TableTimes(command, input->horizon());
+  const std::set<double> table_times = TableTimes(command, horizon);
   const bool curves = !command.plot.empty() && !table_times.empty();
-  for (const double time : curves ? EvenTimes(command.options, input->horizon(), kPictureIntervals) : table_times) {
+  for (const double time : curves ? EvenTimes(command.options, horizon, kPictureIntervals) : table_times) {
     request.mutable_options()->add_output_times(time);
+  }
+  // The times of a period that is to be found are not known: its rows are those of so many steps.
+  if (FindsPeriod(command.options) && command.format == OutputFormat::kTable && !HasStep(command.options)) {
+    request.mutable_options()->set_steps(command.plot.empty() ? kTableIntervals : kPictureIntervals);
   }
   // So that a lost connection does not end the solve, if the server has jobs.
   if (!command.server.address.empty()) {

@@ -90,6 +90,14 @@ constexpr SolveOption kTable[] = {
      .help = "Output times, in any order, or ranges begin:step:end; they become nodes of the grid. By default a table "
              "shows 11 even times, JSON and CSV show every node",
      .group = kEveryday},
+    {.field = "period",
+     .flag = "--periodic",
+     .kind = kPeriod,
+     .value = "PERIOD|auto",
+     .help = "Find the periodic steady state, x(0) = x(PERIOD), and show one period of it; auto finds the period of an "
+             "oscillation without time-dependent sources, which the solution from x0 comes near to by T",
+     .group = kEveryday,
+     .linear_only = true},
     {.field = "estimate_error",
      .flag = "--estimate-error",
      .kind = kNegatable,
@@ -305,6 +313,13 @@ double ParseWindow(const std::string& text, const std::string& flag) {
   return CheckedNumber(text, Whole("auto, whole or a whole number of at least 1", 1), flag);
 }
 
+// "auto" or a period, as SolveOptions.period counts them.
+double ParsePeriod(const std::string& text, const std::string& flag) {
+  NumberRule rule = Positive();
+  rule.words = "auto or a number above 0";
+  return text == "auto" ? -1 : CheckedNumber(text, rule, flag);
+}
+
 // The text after the flag of `row` for the value at `place`.
 std::string TypedValue(const SolveOption& row, const Place& place, const v1::SolveOptions& options) {
   const double number = row.kind == OptionKind::kTimes || row.kind == OptionKind::kNodes ? 0 : NumberAt(place);
@@ -317,6 +332,8 @@ std::string TypedValue(const SolveOption& row, const Place& place, const v1::Sol
       return fmt::format("{}", fmt::join(options.grid_times().times(), ","));
     case OptionKind::kWindow:
       return number < 0 ? "whole" : fmt::format("{}", number);
+    case OptionKind::kPeriod:
+      return number < 0 ? "auto" : fmt::format("{}", number);
     default:
       return fmt::format("{}", number);
   }
@@ -376,6 +393,8 @@ CLI::Option* AddSolveOption(CLI::App& app, const SolveOption& row, v1::SolveOpti
       });
     case OptionKind::kWindow:
       return add_text([set, flag](const std::string& text) { set(ParseWindow(text, flag)); });
+    case OptionKind::kPeriod:
+      return add_text([set, flag](const std::string& text) { set(ParsePeriod(text, flag)); });
     case OptionKind::kBytes:
       return add_text([set, flag](const std::string& text) { set(ParseBytes(text, flag)); });
   }

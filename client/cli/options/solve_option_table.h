@@ -27,6 +27,7 @@ enum class OptionKind {
   kTimes,      // times and ranges of times
   kNodes,      // times, or a file with them
   kWindow,     // auto, whole or a number of steps
+  kPeriod,     // auto or a number
   kBytes,      // 8GB
 };
 

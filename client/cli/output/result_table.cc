@@ -126,6 +126,62 @@ void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
   if (exact) fmt::print(out, "                   for the computed y: it does not show the error of y\n");
 }
 
+// "0.98", "0.1 + 0.2i (size 0.22)", to six digits.
+std::string MultiplierText(const v1::Multiplier& multiplier) {
+  if (multiplier.imaginary() == 0) return fmt::format("{:.6g}", multiplier.real());
+  return fmt::format("{:.6g} {} {:.6g}i (size {:.6g})", multiplier.real(), multiplier.imaginary() < 0 ? "-" : "+",
+                     std::abs(multiplier.imaginary()), std::hypot(multiplier.real(), multiplier.imaginary()));
+}
+
+// The period, what becomes of disturbances, and averages.
+void PrintPeriodic(const SolveResult& result, int width, std::FILE* out) {
+  constexpr int kMaxMultipliers = 10;
+  const v1::Summary& summary = result.summary;
+  const v1::PeriodicSolution& periodic = summary.periodic();
+  if (!summary.has_periodic() || !(periodic.period() > 0)) return;
+  fmt::print(out, "
+Periodic solution
+");
+  fmt::print(out, "  period           {:.12g}{}
+", periodic.period(),
+             periodic.phase() > 0 ? fmt::format(", from t = {} on", Cell(periodic.phase())) : "");
+  fmt::print(out, "  found in         {} integrated, {} of Newton's method
+", Count(periodic.periods(), "period"),
+             Count(periodic.newton_iterations(), "step"));
+  if (periodic.has_residual()) {
+    fmt::print(out,
+               "  x(period) - x(0) {:.1e} of the size of a state{}
+               ", periodic.residual(),
+                   periodic.has_error()
+                   ? fmt::format("; error of x(0) {:.1e}", periodic.error())
+                   : "");
+  }
+  std::vector<std::string> multipliers;
+  for (const v1::Multiplier& multiplier : periodic.multipliers()) {
+    if (multipliers.size() == kMaxMultipliers) break;
+    multipliers.push_back(MultiplierText(multiplier));
+  }
+  if (!multipliers.empty()) {
+    const int more = periodic.multipliers_size() - kMaxMultipliers;
+    Paragraphs(width, out)
+        .Print("  multipliers      ", fmt::format("{}{}", fmt::join(multipliers, ", "),
+                                                  more > 0 ? fmt::format(", and {} smaller ones", more) : ""));
+  }
+  std::vector<std::string> means;
+  const auto add = [&](const auto& values, const auto& name) {
+    for (int i = 0; i < values.size(); ++i) {
+      means.push_back(fmt::format("{} {:.6g}", name(static_cast<std::size_t>(i)), values[i]));
+    }
+  };
+  add(periodic.mean_x(), [&](std::size_t i) {
+    return result.names.OfX(i); });
+  add(periodic.mean_y(), [&](std::size_t i) {
+    return result.names.OfY(i); });
+  add(periodic.mean_w(), [&](std::size_t i) {
+    return result.names.OfW(i); });
+  if (!means.empty()) Paragraphs(width, out).Print("  averages         ", fmt::format("{}", fmt::join(means, ", ")));
+}
+
 // The residuals of Newton's method in the step with the most iterations.
 void PrintNewton(const v1::Summary& summary, std::FILE* out) {
   if (!summary.has_newton()) return;
@@ -232,6 +288,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
   }
   PrintMeasurements(summary, width, out);
+  PrintPeriodic(result, width, out);
   PrintJumps(summary, out);
   PrintSwitchings(summary, result.names, out);
   if (!result.times.empty()) {

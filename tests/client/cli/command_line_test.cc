@@ -55,6 +55,14 @@ std::string Refused(const std::vector<const char*>& arguments) {
   return outcome.err;
 }
 
+TEST(CommandLineTest, TakesAPeriod) {
+  EXPECT_EQ(Solve({"--periodic", "2e-5"}).options.period(), 2e-5);
+  EXPECT_EQ(Solve({"--periodic", "auto"}).options.period(), -1);
+  for (const char* text : {"-1", "0", "nan", "Auto", ""}) {
+    EXPECT_THAT(Refused({"solve", "p.json", "--periodic", text}), HasSubstr("auto or a number above 0")) << text;
+  }
+}
+
 TEST(CommandLineTest, TakesPropagatorAccelerationAndMemory) {
   const v1::SolveOptions options = Solve({"--propagator", "sparse-stepping", "--acceleration", "4",
                                           "--windows-in-flight", "3", "--max-memory", "1.5GB"})

@@ -118,6 +118,30 @@ TEST(OptionsTest, ChecksTheIteration) {
               ElementsAre("iteration_tolerance: 1.5; must lie in (0, 1]"));
 }
 
+TEST(OptionsTest, ChecksThePeriod) {
+  const std::string rule =
+      "; must be positive and finite, or -1 to find that of an autonomous oscillation, or 0 for a solve from x0";
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.period = -2; }), ElementsAre("period: -2" + rule));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.period = kNaN; }), ElementsAre("period: nan" + rule));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.period = 1;
+                o.method = Method::kTimeStepping;
+              }),
+              ElementsAre("method: time-stepping; must be event-driven or left open where a periodic solution is asked "
+                          "for"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.period = 0.25;
+                o.output_times = {0.25, 0.5};
+              }),
+              ElementsAre("output_times[1]: 0.5; must lie in [0, T] = [0, 0.25]"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.period = Options::kFindPeriod;
+                o.output_times = {0.25};
+              }),
+              ElementsAre("output_times: 1 times; must not be set where the period is to be found: ask for a number of "
+                          "steps"));
+}
+
 TEST(OptionsTest, ChecksTheContourAndTheThreads) {
   EXPECT_THAT(ComplaintsAfter([](Options& o) {
                 o.num_contour_nodes = 0;

@@ -258,7 +258,9 @@ def span_and_times(arguments: Dict[str, Any]) -> Tuple[float, Optional[np.ndarra
 def set_output_times(request: Any, times: Sequence[float], begin: float, name: str = "t_eval") -> None:
     """Asks for the trajectory at these times of the caller, which must increase and lie in the span."""
     times = numbers(name, times, 1)
-    end = begin + request.problem.horizon
+    # Of a periodic solution one period is returned.
+    horizon = request.options.period if request.options.period > 0 else request.problem.horizon
+    end = begin + horizon
     if times.size == 0:
         raise invalid(name, "is empty; must have a time")
     if not np.all(np.isfinite(times)):
@@ -268,7 +270,7 @@ def set_output_times(request: Any, times: Sequence[float], begin: float, name: s
     if not (begin <= times[0] and times[-1] <= end):
         raise invalid(name, f"{float(times[0])!r} to {float(times[-1])!r}; must lie in [{begin!r}, {end!r}]")
     del request.options.output_times[:]
-    request.options.output_times.extend(np.minimum(times - begin, request.problem.horizon))
+    request.options.output_times.extend(np.minimum(times - begin, horizon))
 
 
 def request_at(request: Any, times: np.ndarray, begin: float) -> Any:

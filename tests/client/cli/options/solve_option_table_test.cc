@@ -56,6 +56,8 @@ TEST(SolveOptionTableTest, WhatIsTypedSetsTheFieldsAndFollowsFromThem) {
       {"--grid", "0.25,1", "--window", "whole", "--windows-in-flight", "3", "--acceleration", "4", "--kernel",
        "contour"},
       {"--estimate-error", "--project-initial-state", "--inelastic-impact", "--window", "7"},
+      {"--periodic", "0.02"},
+      {"--periodic", "auto"},
       {"--interpolation", "cubic-spline", "--contour", "theorem-2-2", "--contour-nodes", "20", "--contour-gamma", "0.5",
        "--contour-mu", "3", "--contour-step", "0.25", "--contour-initial-state"}};
   for (const auto& words : cases) {

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/periodic/oscillation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "core/discretization/legendre.h"
+#include "core/format_number.h"
+
+namespace dlcs {
+namespace {
+
+constexpr double kVaries = 1e-6;  // of the size of a state
+constexpr double kReturns = 0.05;    // of the range of a state
+constexpr std::size_t kMaxReturns = 64;
+constexpr int kSamples = 16;  // of a piece
+
+Vector StateAt(const TrajectoryPiece& piece, double time) {
+  const LegendreVector values = LegendreValues(std::clamp(2 * (time - piece.begin) / piece.length - 1, -1.0, 1.0));
+  return piece.x * values.head(piece.x.cols());
+}
+
+double SampleTime(const TrajectoryPiece& piece, int k) {
+  return k == kSamples ? piece.end : piece.begin + (piece.end - piece.begin) * k / kSamples;
+}
+
+struct Crossing {
+  double time;
+  Vector state;
+};
+
+// The time in the piece between `from` and `to` at which state `i` passes `level`.
+Crossing Locate(const TrajectoryPiece& piece, Index i, double level, double from, double to) {
+  for (int k = 0; k < 60; ++k) {
+    const double middle = from + (to - from) / 2;
+    (StateAt(piece, middle)[i] < level ? from : to) = middle;
+  }
+  return {to, StateAt(piece, to)};
+}
+
+}  // namespace
+
+std::variant<Oscillation, std::string> FindOscillation(const Solution& solution, double horizon) {
+  const Index m = solution.x.rows();
+  const double begin = horizon / 2;
+  Vector low = Vector::Constant(m, std::numeric_limits<double>::infinity()), high = -low, size = Vector::Zero(m);
+  for (const TrajectoryPiece& piece : solution.pieces) {
+    for (int k = 0; k <= kSamples; ++k) {
+      const double time = SampleTime(piece, k);
+      const Vector x = StateAt(piece, time);
+      size = size.cwiseMax(x.cwiseAbs());
+      if (time < begin) continue;
+      low = low.cwiseMin(x);
+      high = high.cwiseMax(x);
+    }
+  }
+  const Vector range = high - low;
+  Index section = 0;
+  double varies = 0;
+  for (Index i = 0; i < m; ++i) {
+    const double part = size[i] > 0 ? range[i] / size[i] : 0;
+    if (part <= varies) continue;
+    varies = part;
+    section = i;
+  }
+  const std::string until = "[0, " + FormatNumber(horizon) + "]";
+  if (!(varies > kVaries)) {
+    return "No oscillation was found: the solution from x0 comes to rest on " + until +
+           ". Start from another x0, or follow it for longer.";
+  }
+  const double level = (low[section] + high[section]) / 2;
+  std::vector<Crossing> crossings;
+  for (const TrajectoryPiece& piece : solution.pieces) {
+    for (int k = 0; k < kSamples; ++k) {
+      const double from = SampleTime(piece, k), to = SampleTime(piece, k + 1);
+      if (from < begin || !(StateAt(piece, from)[section] < level && StateAt(piece, to)[section] >= level)) continue;
+      crossings.push_back(Locate(piece, section, level, from, to));
+    }
+  }
+  if (crossings.size() < 2) {
+    return "No oscillation was found: the solution from x0 passes no state twice on the second half of " + until +
+           ". Follow it for several periods.";
+  }
+  const Crossing& last = crossings.back();
+  std::size_t best = 0;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t back = 1; back < std::min(crossings.size(), kMaxReturns); ++back) {
+    const Crossing& earlier = crossings[crossings.size() - 1 - back];
+    double distance = 0;
+    for (Index i = 0; i < m; ++i) {
+      if (range[i] > kVaries * size[i]) {
+        distance = std::max(distance, std::abs(last.state[i] - earlier.state[i]) / range[i]);
+      }
+    }
+    if (distance < nearest) {
+      nearest = distance;
+      best = back;
+    }
+    if (distance <= kReturns) break;
+  }
+  return Oscillation{last.state, last.time - crossings[crossings.size() - 1 - best].time};
+}
+
+}  // namespace dlcs

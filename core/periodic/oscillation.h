@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a solution returns to: the first guess of an oscillation whose period is not known.
+
+#ifndef DLCS_CORE_PERIODIC_OSCILLATION_H_
+#define DLCS_CORE_PERIODIC_OSCILLATION_H_
+
+#include <string>
+#include <variant>
+
+#include "core/problem/solution.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+struct Oscillation {
+  Vector state;       // a state to which the solution returns, nearly
+  double period = 0;  // after this time
+};
+
+// Looks for an oscillation in the second half of `solution`, which has pieces up to `horizon`. The section is the mean
+// of the largest and the smallest value of the state that varies most relative to its size; the period is the shortest
+// time between the last crossing upwards and an earlier one at which all states are near the same values. A sentence
+// where there is none: the state comes to rest, or the solution is shorter than two periods.
+std::variant<Oscillation, std::string> FindOscillation(const Solution& solution, double horizon);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PERIODIC_OSCILLATION_H_

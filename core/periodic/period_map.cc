@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/periodic/period_map.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/discretization/grid.h"
+#include "core/discretization/legendre.h"
+
+namespace dlcs {
+namespace {
+
+// Below this part of the largest size that a state had, or of what the other states make of it in a period, its size is
+// taken as that part: one that comes to rest at zero has no relative accuracy.
+constexpr double kOfLargest = 1e-10;
+constexpr double kOfOthers = 1e-3;
+
+// ∫ P_k ds from -1 to `s`, for all k.
+LegendreVector IntegralsTo(double s) {
+  const LegendreVector values = LegendreValues(s);
+  LegendreVector integrals;
+  integrals[0] = s + 1;
+  for (Index k = 1; k < kLegendreSize; ++k) {
+    // P_{k+1} by the recurrence of three terms: (k + 1) P_{k+1} = (2k + 1) s P_k - k P_{k-1}.
+    const auto order = static_cast<double>(k);
+    const double next = ((2 * order + 1) * s * values[k] - order * values[k - 1]) / (order + 1);
+    integrals[k] = (next - values[k - 1]) / (2 * order + 1);
+  }
+  return integrals;
+}
+
+// The part of a piece in use, as a position on it.
+double EndOf(const TrajectoryPiece& piece) { return std::min(1.0, 2 * (piece.end - piece.begin) / piece.length - 1); }
+
+void SetRanges(PeriodSolve& solve) {
+  Vector low = solve.start.cwiseMin(solve.end), high = solve.start.cwiseMax(solve.end);
+  LegendreRows values;
+  for (const TrajectoryPiece& piece : solve.solution.pieces) {
+    const auto inside = (EndOf(piece) + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1;
+    LegendreValuesAt(inside.matrix(), values);
+    const Matrix x = piece.x * values.leftCols(piece.x.cols()).transpose();
+    low = low.cwiseMin(x.rowwise().minCoeff());
+    high = high.cwiseMax(x.rowwise().maxCoeff());
+  }
+  solve.size = low.cwiseAbs().cwiseMax(high.cwiseAbs());
+  solve.range = high - low;
+}
+
+// `largest`: each state so far.
+void RaiseSizes(const Vector& largest, PeriodSolve& solve) {
+  solve.size = solve.size.cwiseMax(kOfLargest * largest);
+  if (solve.has_derivative()) {
+    const Matrix moves = solve.flow().derivative.cwiseAbs() * solve.size.asDiagonal();
+    solve.size = solve.size.cwiseMax(kOfOthers * moves.rowwise().maxCoeff());
+  }
+  for (double& size : solve.size) {
+    if (size == 0) size = 1;  // nothing moves it
+  }
+}
+
+}  // namespace
+
+PeriodMap::PeriodMap(const Problem& problem, const Options& options, Plan plan, Observer& observer,
+                     std::stop_token stop)
+    : problem_(problem),
+      options_(options),
+      plan_(std::move(plan)),
+      observer_(observer, problem.horizon),
+      stop_(std::move(stop)),
+      started_(std::chrono::steady_clock::now()),
+      largest_(problem.x0.cwiseAbs()) {
+  options_.period = 0;
+  options_.keep_pieces = true;
+  options_.keep_flow = true;
+  // An iterate need not be consistent where the periodic solution is.
+  options_.project_initial_state = true;
+}
+
+absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, double period, double tolerance, bool as_asked) {
+  Options options = options_;
+  options.error_tolerance = tolerance;
+  if (!as_asked) {
+    options.num_steps = 1;
+    options.step = 0;
+    options.grid_times.clear();
+    options.output_times.clear();
+  }
+  problem_.x0 = start;
+  problem_.horizon = period;
+  const Grid grid = MakeGrid(period, BreakPoints(problem_), options);
+  Task task{.problem = problem_,
+            .options = options,
+            .plan = plan_,
+            .workers = Workers(options.num_threads),
+            .stop = stop_,
+            .started = started_};
+  observer_.NextTrial();
+  auto solution = SolveOnGrid(task, grid, observer_);
+  if (!solution.ok()) return solution.status();
+  solves_ += solution->cost.solves;
+  PeriodSolve solve{.start = start, .period = period, .solution = *std::move(solution)};
+  const Solution& result = solve.solution;
+  // What missed the tolerance of the steps has come to the end all the same.
+  solve.reached = result.termination == Termination::kReachedEnd ||
+                  (result.termination == Termination::kIterationLimit && std::isnan(result.failure_time));
+  solve.reached = solve.reached && !result.pieces.empty() && result.flow;
+  if (!solve.reached) return solve;
+  const TrajectoryPiece& last = result.pieces.back();
+  solve.end = last.x * LegendreValues(EndOf(last)).head(last.x.cols());
+  SetRanges(solve);
+  largest_ = largest_.cwiseMax(solve.size);
+  RaiseSizes(largest_, solve);
+  solve.error = result.accuracy.errors_x.size() == start.size() ? result.accuracy.errors_x
+                                                                : Vector::Constant(start.size(), result.accuracy.error);
+  return solve;
+}
+
+Vector StateAt(const Solution& solution, double time) {
+  const auto ends_before = [](const TrajectoryPiece& piece, double t) { return piece.end < t; };
+  auto piece = std::lower_bound(solution.pieces.begin(), solution.pieces.end(), time, ends_before);
+  if (piece == solution.pieces.end()) --piece;
+  const LegendreVector values = LegendreValues(std::clamp(2 * (time - piece->begin) / piece->length - 1, -1.0, 1.0));
+  return piece->x * values.head(piece->x.cols());
+}
+
+std::vector<std::complex<double>> MultipliersOf(const Matrix& matrix) {
+  if (matrix.size() == 0 || !matrix.allFinite()) return {};
+  const Eigen::VectorXcd found = matrix.eigenvalues();
+  std::vector<std::complex<double>> multipliers(found.begin(), found.end());
+  // Of a pair the one above the real axis first.
+  std::stable_sort(multipliers.begin(), multipliers.end(), [](const auto& a, const auto& b) {
+    if (std::abs(a) != std::abs(b)) return std::abs(a) > std::abs(b);
+    return a.imag() > b.imag();
+  });
+  return multipliers;
+}
+
+void SetAverages(const Solution& solution, PeriodicRecord& record) {
+  double length = 0;
+  for (const TrajectoryPiece& piece : solution.pieces) {
+    const LegendreVector integrals = piece.length / 2 * IntegralsTo(EndOf(piece));
+    const auto add = [&](const Matrix& series, Vector& sum) {
+      if (sum.size() == 0) sum = Vector::Zero(series.rows());
+      sum += series * integrals.head(series.cols());
+    };
+    add(piece.x, record.mean_x);
+    add(piece.y, record.mean_y);
+    add(piece.w, record.mean_w);
+    length += piece.end - piece.begin;
+  }
+  if (!(length > 0)) return;
+  for (Vector* mean : {&record.mean_x, &record.mean_y, &record.mean_w}) *mean /= length;
+}
+
+}  // namespace dlcs

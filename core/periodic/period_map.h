@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The map from x(0) to x(period), with its derivative.
+
+#ifndef DLCS_CORE_PERIODIC_PERIOD_MAP_H_
+#define DLCS_CORE_PERIODIC_PERIOD_MAP_H_
+
+#include <chrono>
+#include <complex>
+#include <stop_token>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/driver/error_control.h"
+#include "core/driver/plan.h"
+#include "core/problem/observer.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
+
+namespace dlcs {
+
+// A solve over one period.
+struct PeriodSolve {
+  Vector start;  // before a jump at 0
+  double period = 0;
+  Solution solution = {};  // with pieces and flow
+  bool reached = false;    // the end, with whatever error
+  Vector end = {};         // x(period⁻)
+  Vector size = {};        // max |x_i|, or a scale for a state that rests at zero
+  Vector range = {};       // max x_i - min x_i
+  Vector error = {};       // of each x_i, estimated, relative to its size
+
+  const FlowRecord& flow() const { return *solution.flow; }
+  bool has_derivative() const { return flow().derivative.size() > 0; }
+};
+
+class PeriodMap {
+ public:
+  // Keeps references; `plan` is for `problem`, whose horizon is the first period.
+  PeriodMap(const Problem& problem, const Options& options, Plan plan, Observer& observer, std::stop_token stop);
+
+  // Solves on [0, period] from `start`, which may jump to a consistent state. The nodes are those of the options with
+  // `as_asked`, and 0 and the period otherwise. Errors: as SolveOnGrid().
+  absl::StatusOr<PeriodSolve> Solve(const Vector& start, double period, double tolerance, bool as_asked);
+
+  // The number of solves, with those that event_driven repeated.
+  Index solves() const { return solves_; }
+  const Plan& plan() const { return plan_; }
+
+ private:
+  Problem problem_;
+  Options options_;
+  Plan plan_;
+  TrialObserver observer_;
+  std::stop_token stop_;
+  std::chrono::steady_clock::time_point started_;
+  Vector largest_;  // |x_i| so far
+  Index solves_ = 0;
+};
+
+// The state of the pieces of `solution` at `time`.
+Vector StateAt(const Solution& solution, double time);
+
+// The eigenvalues of `matrix`, the largest first.
+std::vector<std::complex<double>> MultipliersOf(const Matrix& matrix);
+
+// The averages of x, y and w over the pieces of `solution`, exact for their polynomials.
+void SetAverages(const Solution& solution, PeriodicRecord& record);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PERIODIC_PERIOD_MAP_H_

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+// Periodic steady states, judged by closed forms, and by following the solution for many periods.
+
+#include "core/periodic/periodic.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "core/linalg/norms.h"
+#include "core/problem/verdict.h"
+#include "core/problem/violation_list.h"
+#include "core/solve.h"
+
+namespace dlcs {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+Problem System(Matrix A, Matrix B, Matrix N, Matrix M, TimeFunction f, TimeFunction g, Vector x0, double horizon) {
+  Problem problem;
+  problem.A = std::move(A);
+  problem.B = std::move(B);
+  problem.N = std::move(N);
+  problem.M = std::move(M);
+  problem.f = std::move(f);
+  problem.g = std::move(g);
+  problem.x0 = std::move(x0);
+  problem.horizon = horizon;
+  return problem;
+}
+
+// A system without complementarity: y = 0.
+Problem Linear(Matrix A, TimeFunction f, Vector x0, double horizon = 10) {
+  const Index m = A.rows();
+  return System(std::move(A), Matrix::Zero(m, 1), Matrix::Zero(1, m), Matrix::Identity(1, 1), std::move(f),
+                TimeFunction::Constant(Vector::Ones(1)), std::move(x0), horizon);
+}
+
+absl::StatusOr<Solution> Ask(const Problem& problem, double period, double tolerance = 1e-9, bool project = false) {
+  Options options;
+  options.period = period;
+  options.error_tolerance = tolerance;
+  options.project_initial_state = project;
+  Observer silent;
+  return Solve(problem, options, silent, {});
+}
+
+Solution Periodic(const Problem& problem, double period, double tolerance = 1e-9, bool project = false) {
+  auto solution = Ask(problem, period, tolerance, project);
+  EXPECT_TRUE(solution.ok()) << solution.status();
+  return solution.ok() ? *std::move(solution) : Solution{};
+}
+
+Solution SolvedPeriodic(const Problem& problem, double period, double tolerance = 1e-9, bool project = false) {
+  Solution solution = Periodic(problem, period, tolerance, project);
+  EXPECT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+  const Verdict verdict = JudgeSolution(solution);
+  EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << verdict.text;
+  EXPECT_TRUE(solution.periodic);
+  if (!solution.periodic) solution.periodic.emplace();
+  EXPECT_LE(solution.periodic->periods, 12);
+  EXPECT_LE(solution.periodic->residual, tolerance);
+  EXPECT_LE(solution.periodic->error, tolerance);
+  return solution;
+}
+
+// The state after many periods.
+Vector AfterPeriods(Problem problem, double period, int count) {
+  problem.horizon = count * period;
+  Options options;
+  options.method = Method::kEventDriven;
+  options.error_tolerance = 1e-11;
+  options.output_times = {problem.horizon};
+  options.output_times_only = true;
+  options.project_initial_state = true;
+  Observer silent;
+  auto solution = Solve(problem, options, silent, {});
+  EXPECT_TRUE(solution.ok()) << solution.status();
+  return solution->x.rightCols(1);
+}
+
+std::vector<double> Sizes(const std::vector<std::complex<double>>& multipliers) {
+  std::vector<double> sizes;
+  for (const auto& multiplier : multipliers) sizes.push_back(std::abs(multiplier));
+  return sizes;
+}
+
+TEST(PeriodicTest, ADrivenLinearSystem) {
+  const double a = 0.01, omega = 3, period = 2 * kPi / omega;
+  const Solution solution =
+      SolvedPeriodic(Linear(Matrix{{-a}}, TimeFunction::Formulas({"1 + sin(3*t)"}), Vector{{0.0}}), period);
+  const double size = 1 / a + 1;
+  for (std::size_t k = 0; k < solution.times.size(); ++k) {
+    const double t = solution.times[k];
+    const double exact = 1 / a + (a * std::sin(omega * t) - omega * std::cos(omega * t)) / (a * a + omega * omega);
+    EXPECT_NEAR(solution.x(0, static_cast<Index>(k)), exact, 1e-9 * size);
+  }
+  ASSERT_EQ(solution.periodic->multipliers.size(), 1u);
+  EXPECT_NEAR(solution.periodic->multipliers[0].real(), std::exp(-a * period), 1e-12);
+  EXPECT_NEAR(solution.periodic->mean_x[0], 1 / a, 1e-9 * size);
+  EXPECT_NEAR(solution.periodic->mean_w[0], 1, 1e-12);
+  EXPECT_LE(solution.periodic->periods, 3);
+}
+
+TEST(PeriodicTest, AnUnstableSolutionIsFound) {
+  const double a = 0.7, omega = 3, period = 2 * kPi / omega;
+  const Solution solution =
+      SolvedPeriodic(Linear(Matrix{{a}}, TimeFunction::Formulas({"sin(3*t)"}), Vector{{2.0}}), period);
+  EXPECT_NEAR(solution.x(0, 0), -omega / (a * a + omega * omega), 1e-9);
+  EXPECT_NEAR(solution.periodic->multipliers[0].real(), std::exp(a * period), 1e-10);
+}
+
+// A square wave charges a capacitor over a diode and a resistance; a load discharges it.
+TEST(PeriodicTest, ARectifierOfASquareWave) {
+  const double source_resistance = 0.5, load = 200, period = 0.2;
+  const Problem problem =
+      System(Matrix{{-1 / load}}, Matrix{{1}}, Matrix{{1}}, Matrix{{source_resistance}}, TimeFunction::Zero(1),
+             TimeFunction::Formulas({"1 - 2*(t/0.2 - floor(t/0.2) < 0.5)"}), Vector{{0.0}}, 100);
+  const Solution solution = SolvedPeriodic(problem, period);
+  const double on = 1 / source_resistance + 1 / load, off = 1 / load, end = 1 / source_resistance / on;
+  const double charged = std::exp(-on * period / 2), discharged = std::exp(-off * period / 2);
+  const double exact = end * (1 - charged) * discharged / (1 - charged * discharged);
+  EXPECT_NEAR(solution.x(0, 0), exact, 1e-9);
+  EXPECT_NEAR(solution.periodic->multipliers[0].real(), charged * discharged, 1e-12);
+  // The diode carries what the load takes.
+  EXPECT_NEAR(solution.periodic->mean_y[0], solution.periodic->mean_x[0] / load, 1e-11);
+}
+
+// An ideal diode (M = 0) between a sine and a capacitor with a load: the capacitor forgets its past while it conducts.
+TEST(PeriodicTest, AnIdealPeakRectifierHasTheMultiplierZero) {
+  const double load = 5, omega = 2 * kPi, period = 1;
+  const Problem problem = System(Matrix{{-1 / load}}, Matrix{{1}}, Matrix{{1}}, Matrix{{0}}, TimeFunction::Zero(1),
+                                 TimeFunction::Formulas({"-sin(2*pi*t)"}), Vector{{0.3}}, 10);
+  const Solution solution = SolvedPeriodic(problem, period);
+  const double opens = (kPi - std::atan(omega * load)) / omega;
+  const double exact = std::sin(omega * opens) * std::exp(-(period - opens) / load);
+  EXPECT_NEAR(solution.x(0, 0), exact, 1e-9);
+  EXPECT_NEAR(std::abs(solution.periodic->multipliers[0]), 0, 1e-12);
+}
+
+// A converter whose diode keeps the current of the inductor from going below zero, in which it rests in every period.
+TEST(PeriodicTest, AConverterInDiscontinuousConduction) {
+  const double period = 2e-5, inductance = 2e-5, capacitance = 1e-4, load = 20;
+  const Problem problem =
+      System(Matrix{{0, -1 / inductance}, {1 / capacitance, -1 / load / capacitance}}, Matrix{{1 / inductance}, {0}},
+             Matrix{{1, 0}}, Matrix{{0}}, TimeFunction::Formulas({"12/2e-5*(t/2e-5 - floor(t/2e-5) < 0.3)", "0"}),
+             TimeFunction::Zero(1), Vector{{0, 0}}, 1e-3);
+  const Solution solution = SolvedPeriodic(problem, period);
+  const Vector transient = AfterPeriods(problem, period, 1500);
+  EXPECT_LT(std::abs(solution.x(1, 0) - transient[1]), 1e-8 * transient[1]);
+  EXPECT_NEAR(solution.x(0, 0), 0, 1e-10);
+  EXPECT_NEAR(std::abs(solution.periodic->multipliers[1]), 0, 1e-10);  // the current begins at zero
+  // In a period the inductor has no mean voltage, the capacitor no mean current.
+  const PeriodicRecord& record = *solution.periodic;
+  EXPECT_NEAR(0.3 * 12 - record.mean_x[1] + record.mean_y[0], 0, 1e-8);
+  EXPECT_NEAR(record.mean_x[0], record.mean_x[1] / load, 1e-9);
+}
+
+TEST(PeriodicTest, AStiffSystem) {
+  const double period = 1;
+  const Problem problem = System(Matrix{{-1e7, 1e7}, {0, -0.01}}, Matrix{{0}, {1}}, Matrix{{1, 0}}, Matrix{{1e-3}},
+                                 TimeFunction::Zero(2), TimeFunction::Formulas({"-sin(2*pi*t)"}), Vector{{0, 0}}, 10);
+  const Solution solution = SolvedPeriodic(problem, period, 1e-8);
+  const Vector transient = AfterPeriods(problem, period, 30);
+  EXPECT_LT(MaxAbs(solution.x.col(0) - transient), 1e-7);
+}
+
+// x jumps to 1 at a quarter of every period, and is held there up to the half.
+TEST(PeriodicTest, StatesMayJumpInEveryPeriod) {
+  const Problem problem =
+      System(Matrix{{-1}}, Matrix{{1}}, Matrix{{1}}, Matrix{{0}}, TimeFunction::Zero(1),
+             TimeFunction::Formulas({"-(t - floor(t) >= 0.25)*(t - floor(t) < 0.5)"}), Vector{{0.0}}, 5);
+  const Solution solution = SolvedPeriodic(problem, 1, 1e-9, /*project=*/true);
+  EXPECT_NEAR(solution.x(0, 0), std::exp(-0.5), 1e-9);
+  EXPECT_EQ(solution.jumps.size(), 1u);
+  EXPECT_NEAR(std::abs(solution.periodic->multipliers[0]), 0, 1e-12);
+  const Solution refused = Periodic(problem, 1);
+  EXPECT_EQ(refused.termination, Termination::kInconsistentState) << refused.message;
+  EXPECT_EQ(refused.failure_time, 0.25);
+}
+
+TEST(PeriodicTest, DelayedSourcesArePeriodicLater) {
+  const Problem problem = Linear(Matrix{{-0.1}}, TimeFunction::Formulas({"(t >= 1.5)*sin(2*pi*t)"}), Vector{{0.0}});
+  const Solution solution = SolvedPeriodic(problem, 1);
+  const double omega = 2 * kPi;
+  EXPECT_EQ(solution.periodic->phase, 2);
+  EXPECT_NEAR(solution.x(0, 0), -omega / (0.01 + omega * omega), 1e-9);
+}
+
+TEST(PeriodicTest, AResidualBelowTheToleranceIsNotEnough) {
+  // From 0 the state moves by 1e-7 of what it comes to in a period.
+  const Problem problem = Linear(Matrix{{-1e-7}}, TimeFunction::Formulas({"1 + sin(2*pi*t)"}), Vector{{0.0}});
+  const Solution solution = SolvedPeriodic(problem, 1, 1e-6);
+  EXPECT_NEAR(solution.periodic->mean_x[0], 1e7, 10);
+  EXPECT_LE(solution.periodic->periods, 4);
+}
+
+TEST(PeriodicTest, WithoutLossesItIsNotIsolated) {
+  const Matrix circuit{{0, 1}, {-4, 0}};  // period π
+  const Solution family = Periodic(Linear(circuit, TimeFunction::Zero(2), Vector{{1, 0}}), kPi);
+  EXPECT_EQ(family.termination, Termination::kNotPeriodic);
+  EXPECT_NE(family.message.find("not isolated"), std::string::npos) << family.message;
+  const Solution found = Periodic(Linear(circuit, TimeFunction::Zero(2), Vector{{1, 0}}), Options::kFindPeriod);
+  EXPECT_EQ(found.termination, Termination::kNotPeriodic);
+  EXPECT_NE(found.message.find("not isolated"), std::string::npos) << found.message;
+  // Driven beside its resonance it has one periodic solution, and in resonance none.
+  const Solution beside =
+      SolvedPeriodic(Linear(circuit, TimeFunction::Formulas({"0", "cos(3*t)"}), Vector{{1, 0}}), 2 * kPi / 3);
+  EXPECT_NEAR(beside.x(0, 0), -0.2, 1e-9);
+  EXPECT_NEAR(Sizes(beside.periodic->multipliers)[0], 1, 1e-9);
+  const Solution resonance = Periodic(Linear(circuit, TimeFunction::Formulas({"0", "cos(2*t)"}), Vector{{1, 0}}), kPi);
+  EXPECT_EQ(resonance.termination, Termination::kNotPeriodic);
+  EXPECT_NE(resonance.message.find("grows"), std::string::npos) << resonance.message;
+}
+
+TEST(PeriodicTest, APeriodThatIsNoneIsRefused) {
+  const auto refused = Ask(Linear(Matrix{{-1}}, TimeFunction::Formulas({"sin(2*pi*t)"}), Vector{{0.0}}), 1.5);
+  ASSERT_FALSE(refused.ok());
+  const std::vector<Violation> violations = ViolationsOf(refused.status());
+  ASSERT_EQ(violations.size(), 1u);
+  EXPECT_EQ(violations[0].field, "period");
+  EXPECT_NE(violations[0].description.find("f[0] is 1"), std::string::npos) << violations[0].description;
+}
+
+// x1'' = -x1 + 0.5 x1' - 2 (the part of x1' beyond [-1, 1]): negative damping in the middle.
+Problem Oscillator(Vector x0, double horizon) {
+  return System(Matrix{{0, 1}, {-1, 0.5}}, Matrix{{0, 0}, {-2, 2}}, Matrix{{0, -1}, {0, 1}}, Matrix::Identity(2, 2),
+                TimeFunction::Zero(2), TimeFunction::Constant(Vector::Ones(2)), std::move(x0), horizon);
+}
+
+TEST(PeriodicTest, FindsTheOscillationOfAPiecewiseLinearOscillator) {
+  const Solution solution = SolvedPeriodic(Oscillator(Vector{{0.1, 0}}, 60), Options::kFindPeriod);
+  const PeriodicRecord& record = *solution.periodic;
+  EXPECT_EQ(solution.times.back(), record.period);
+  const std::vector<double> sizes = Sizes(record.multipliers);
+  EXPECT_NEAR(sizes[0], 1, 1e-8);
+  EXPECT_LT(sizes[1], 0.9);
+  // Many periods later it is where it began, and it is symmetric.
+  Problem later = Oscillator(solution.x.col(0), 1);
+  EXPECT_LT(MaxAbs(AfterPeriods(later, record.period, 40) - solution.x.col(0)), 1e-7);
+  EXPECT_NEAR(record.mean_x[0], 0, 1e-8);
+  EXPECT_NEAR(record.mean_y[0], record.mean_y[1], 1e-8);
+}
+
+// u = -sgn(x1 + x2 + x3) for the sum of three first-order systems: Tsypkin's condition gives half the period.
+TEST(PeriodicTest, FindsTheOscillationOfARelay) {
+  // 1/((s+1)(s+2)(s+3)) in parts: residues 1/2, -1, 1/2.
+  const Vector rates{{1, 2, 3}}, residues{{0.5, -1, 0.5}};
+  // c (I + e^{Ah})⁻¹ ∫ e^{As} b = Σ r_i/λ_i tanh(λ_i h/2) vanishes.
+  const auto condition = [&](double h) {
+    double sum = 0;
+    for (Index i = 0; i < 3; ++i) sum += residues[i] / rates[i] * std::tanh(rates[i] * h / 2);
+    return sum;
+  };
+  double low = 0.1, high = 10;
+  ASSERT_LT(condition(low) * condition(high), 0);
+  for (int k = 0; k < 200; ++k) {
+    const double middle = (low + high) / 2;
+    (condition(middle) * condition(low) > 0 ? low : high) = middle;
+  }
+  // s = c x; y1 = 1 + u, y2 = max(0, -s): w1 = s + y2, w2 = 2 - y1.
+  Matrix B = Matrix::Zero(3, 2);
+  B.col(0) = residues;
+  Matrix N = Matrix::Zero(2, 3);
+  N.row(0).setOnes();
+  const Problem problem =
+      System(-Matrix(rates.asDiagonal()), B, N, Matrix{{0, 1}, {-1, 0}}, TimeFunction::Constant(-residues),
+             TimeFunction::Constant(Vector{{0, 2}}), Vector{{0.3, -0.1, 0.2}}, 60);
+  const Solution solution = SolvedPeriodic(problem, Options::kFindPeriod, 1e-8);
+  EXPECT_NEAR(solution.periodic->period, 2 * low, 1e-7);
+  EXPECT_NEAR(Sizes(solution.periodic->multipliers)[0], 1, 1e-7);
+}
+
+TEST(PeriodicTest, SaysWhereThereIsNoOscillation) {
+  const Solution rest =
+      Periodic(Linear(Matrix{{-1, 2}, {-2, -1}}, TimeFunction::Zero(2), Vector{{1, 0}}, 100), Options::kFindPeriod);
+  EXPECT_EQ(rest.termination, Termination::kNotPeriodic);
+  EXPECT_NE(rest.message.find("comes to rest"), std::string::npos) << rest.message;
+  const Solution decays =
+      Periodic(Linear(Matrix{{-0.1, 2}, {-2, -0.1}}, TimeFunction::Zero(2), Vector{{1, 0}}, 30), Options::kFindPeriod);
+  EXPECT_EQ(decays.termination, Termination::kNotPeriodic) << decays.periodic->period;
+  EXPECT_NE(decays.message.find("equilibrium"), std::string::npos) << decays.message;
+  const auto driven =
+      Ask(Linear(Matrix{{-1}}, TimeFunction::Formulas({"sin(t)"}), Vector{{1.0}}), Options::kFindPeriod);
+  EXPECT_FALSE(driven.ok());
+}
+
+}  // namespace
+}  // namespace dlcs
