@@ -2,7 +2,9 @@
 #include "core/solve.h"
 
 #include <chrono>
+#include <functional>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "core/driver/error_control.h"
@@ -13,13 +15,36 @@
 #include "core/driver/report.h"
 #include "core/outputs/measure_outputs.h"
 #include "core/parallel/stop_scope.h"
+#include "core/parallel/team.h"
 #include "core/periodic/periodic.h"
 #include "core/problem/source_periods.h"
 #include "core/problem/validate.h"
+#include "core/setup_cache.h"
 
 namespace dlcs {
 
 namespace {
+
+// The processes of a team may have read files that differ. Compares matrices, x0 and T.
+absl::Status CheckSameInTeam(const Problem& problem) {
+  Team& team = Team::Current();
+  if (team.is_alone()) return absl::OkStatus();
+  const auto differs = [&](const SetupKey& key) {
+    constexpr int kExact = 32;  // bits, which a double holds
+    const double hash = static_cast<double>(std::hash<std::string>()(key.bytes()) >> kExact);
+    return team.Max(hash) != -team.Max(-hash);
+  };
+  const std::pair<const char*, const StructuredMatrix*> matrices[] = {
+      {"A", &problem.A}, {"B", &problem.B}, {"N", &problem.N}, {"M", &problem.M}, {"E", &problem.E}};
+  std::string differing;
+  for (const auto& [name, matrix] : matrices) {
+    if (differs(SetupKey(name).Add(*matrix)) && differing.empty()) differing = name;
+  }
+  if (differs(SetupKey("x0").Add(Matrix(problem.x0)).Add(problem.horizon)) && differing.empty()) differing = "x0 or T";
+  if (differing.empty()) return absl::OkStatus();
+  return absl::FailedPreconditionError("the processes of this solve have read different problems: " + differing +
+                                       " is not the same in all of them");
+}
 
 absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Options& asked, Observer& observer,
                                             std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
@@ -78,6 +103,7 @@ absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& o
                                         std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
   const StopScope scope(stop);
   try {
+    if (absl::Status status = CheckSameInTeam(problem); !status.ok()) return status;
     Options solved_with = options;
     if (options.period != 0) solved_with.method = Method::kEventDriven;
     solved_with.keep_pieces = options.keep_pieces || HasMeasurements(problem);

@@ -5,7 +5,7 @@
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-deploy/install-packages.sh build test
+deploy/install-packages.sh build test mpi
 cmake --preset dev >/dev/null
 cmake --build --preset dev
 exec /usr/bin/python3 tests/headers_alone.py build/dev

@@ -23,7 +23,9 @@ SOURCES = sorted(
 PUBLIC = {
     f"{top}/{header}"
     for top in ("core", "client")
-    for header in re.search(r"_PUBLIC_HEADERS\s([^)]*)\)", (ROOT / top / "CMakeLists.txt").read_text())[1].split()
+    for lists in (ROOT / top).rglob("CMakeLists.txt")
+    for headers in re.findall(r"_PUBLIC_HEADERS\s([^)]*)\)", lists.read_text())
+    for header in headers.split()
 }
 
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/linalg/norms.h"
-#include "core/linalg/pair_norms.h"
 
 namespace dlcs {
 namespace {
@@ -44,7 +43,15 @@ double LargestOf(const Vector& values) { return values.size() > 0 ? values.maxCo
 
 }  // namespace
 
-CertificateBuilder::CertificateBuilder(const Problem& problem) : problem_(problem) {}
+CertificateBuilder::CertificateBuilder(const Problem& problem, Team& team) : problem_(problem), team_(team) {}
+
+double CertificateBuilder::LargestSum(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w,
+                                      const PairNorms& norms) {
+  if (team_.is_alone()) return norms.complementarity;
+  double largest = 0;
+  for (Index j = 0; j < y.cols(); ++j) largest = NanMax(largest, std::abs(team_.Sum(y.col(j).dot(w.col(j)))));
+  return largest;
+}
 
 void CertificateBuilder::BeginAtZero() {
   if (!empty_) return;
@@ -59,7 +66,7 @@ void CertificateBuilder::AddNodes(const Eigen::Ref<const Matrix>& y, const Eigen
   Certificate& c = certificate_;
   const PairNorms norms = MeasurePairs(y, w);
   c.node_residual = NanMax(c.node_residual, norms.residual);
-  c.node_complementarity = NanMax(c.node_complementarity, norms.complementarity);
+  c.node_complementarity = NanMax(c.node_complementarity, LargestSum(y, w, norms));
   c.lcp_scale = NanMax(c.lcp_scale, norms.size);
 }
 
@@ -69,7 +76,7 @@ void CertificateBuilder::AddMidpoints(const Eigen::Ref<const Matrix>& y, const E
   Certificate& c = certificate_;
   const PairNorms norms = MeasurePairs(y, w);
   c.midpoint_residual = NanMax(c.midpoint_residual, norms.residual);
-  c.midpoint_complementarity = NanMax(c.midpoint_complementarity, norms.complementarity);
+  c.midpoint_complementarity = NanMax(c.midpoint_complementarity, LargestSum(y, w, norms));
   c.ode_defect = NanMax(c.ode_defect, ode_defect);
 }
 

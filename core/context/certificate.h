@@ -6,6 +6,8 @@
 
 #include "core/discretization/scheme.h"
 #include "core/discretization/segment.h"
+#include "core/linalg/pair_norms.h"
+#include "core/parallel/team.h"
 #include "core/problem/problem.h"
 #include "core/problem/solution.h"
 
@@ -21,7 +23,9 @@ struct CertificateRows {
 
 class CertificateBuilder {
  public:
-  explicit CertificateBuilder(const Problem& problem);
+  // `team`: the processes that hold the rows, if `problem` holds those of this one; then they call the same functions.
+  // Sums over pairs are those of all, maxima those of this process.
+  explicit CertificateBuilder(const Problem& problem, Team& team = Team::Alone());
 
   // Adds the nodes and midpoints of the steps [begin, end) of `segment`, whose states follow `scheme`; the columns of
   // `w`, computed from x and y and not by the method itself, are the nodes begin..end. Updates the maxima of rows too.
@@ -55,7 +59,11 @@ class CertificateBuilder {
                   const Eigen::Ref<const Matrix>& f, const Eigen::Ref<const Matrix>& g);
   void AddDrift(const Matrix& increments, double step);
 
+  // max |Σ_i y_i w_i| over the columns, of all pairs.
+  double LargestSum(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w, const PairNorms& norms);
+
   const Problem& problem_;
+  Team& team_;
   Certificate certificate_;
   CertificateRows rows_;
   bool empty_ = true;

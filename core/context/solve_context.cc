@@ -15,7 +15,7 @@ void SolveContext::Add(const Segment& segment, const Scheme& scheme) {
   if (grid.output_nodes.size() == grid.times.size() && !splines) {
     solution.dense_output = {.x_is_linear = scheme.x_is_linear, .y_is_linear = scheme.y_is_linear};
   }
-  const Index m = problem.num_states(), n = problem.num_constraints();
+  const Index m = most_states(), n = most_pairs();
   const Index panel = PanelWidth(4 * ((problem.A.is_dense() ? m * m : m) + n * n));
   Matrix w;
   Index begin = 0;
@@ -53,8 +53,7 @@ bool FailLcp(SolveContext& context, LcpStatus verdict, double time, const std::s
     case LcpStatus::kPivotLimit:
       return context.Fail(Termination::kIterationLimit, time, at + ": the limit of pivots was reached.");
     case LcpStatus::kSingular:
-      return context.Fail(Termination::kIterationLimit, time,
-                          at + ": the basis is singular to working precision.");
+      return context.Fail(Termination::kIterationLimit, time, at + ": the basis is singular to working precision.");
     case LcpStatus::kNonFinite:
       return context.Fail(Termination::kNonFinite, time,
                           "The state is no longer finite at t = " + FormatNumber(time) +

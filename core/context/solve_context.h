@@ -19,6 +19,7 @@
 #include "core/lcp/lcp.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/parallel/parallel.h"
+#include "core/parallel/team.h"
 #include "core/problem/observer.h"
 #include "core/problem/options.h"
 #include "core/problem/problem.h"
@@ -68,11 +69,24 @@ struct SolveContext {
   // With options.keep_flow: of the last jump of the state, the derivative of the state after it by that before.
   Matrix jump_derivative = {};
 
+  Index most_states() const { return distribution ? distribution->most_states : problem.num_states(); }
+  Index most_pairs() const { return distribution ? distribution->most_pairs : problem.num_constraints(); }
+  // Whether it is so in any process that holds rows.
+  bool Any(bool value) const { return distribution ? distribution->team.Any(value) : value; }
+
   SolutionChoice choice() const { return {selection, problem.selector, matrix_class}; }
 
   // Constraints of relative degree two and more, and the first time at which y of one of them is positive.
   std::vector<Index> impulsive_rows = {};
   std::optional<double> first_impulse = {};
+
+  // Set where `problem` holds the rows of this process alone, of a system that is distributed over the processes of
+  // `team`; then with the most states and pairs of one of them, so that all take as many steps at once.
+  struct Distribution {
+    Team& team;
+    Index most_states, most_pairs;
+  };
+  std::optional<Distribution> distribution = {};
 
   // y = SOL(N x + g, M) is a function of x: one solution is meant at every state.
   bool y_is_function() const { return selection != Selection::kAny; }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <mutex>
+#include <stdexcept>
 #include <utility>
 
 #include "core/format_number.h"
@@ -31,6 +32,8 @@ struct Overloaded : Cases... {
 };
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
+
+using Operator = std::shared_ptr<const LinearOperator>;
 
 // The search for diagonals costs as much as several products.
 constexpr Index kFewColumns = 8;
@@ -157,6 +160,11 @@ StructuredMatrix::StructuredMatrix(SparseMatrix sparse)
       cols_(this->sparse()->cols()),
       expansion_(std::make_shared<Expansion>()) {}
 
+StructuredMatrix::StructuredMatrix(std::shared_ptr<const LinearOperator> linear_operator)
+    : value_(std::move(linear_operator)),
+      rows_(std::get<Operator>(value_)->rows()),
+      cols_(std::get<Operator>(value_)->cols()) {}
+
 StructuredMatrix::StructuredMatrix(KroneckerSum sum)
     : value_(std::move(sum)), rows_(kronecker_sum()->size()), cols_(rows_), expansion_(std::make_shared<Expansion>()) {}
 
@@ -167,12 +175,14 @@ Index StructuredMatrix::nonzeros() const {
                                  Index count = 0;
                                  for (const SparseMatrix& factor : sum.factors) count += factor.nonZeros();
                                  return count;
-                               }},
+                               },
+                               [](const Operator& product) { return product->nonzeros(); }},
                     value_);
 }
 
 std::string StructuredMatrix::Describe() const {
   if (is_dense()) return "dense " + ShapeText(rows(), cols());
+  if (!sparse() && !kronecker_sum()) return "operator " + ShapeText(rows(), cols());
   if (sparse()) return "sparse " + ShapeText(rows(), cols()) + " (" + std::to_string(nonzeros()) + " nonzeros)";
   std::string text = "Kronecker sum of ";
   for (const SparseMatrix& factor : kronecker_sum()->factors) {
@@ -191,14 +201,18 @@ const Matrix& StructuredMatrix::Dense() const {
 SparseMatrix StructuredMatrix::Sparse() const {
   return std::visit(Overloaded{[](const Matrix& dense) { return SparseMatrix(dense.sparseView(0, 0)); },
                                [](const SparseMatrix& sparse) { return sparse; },
-                               [](const KroneckerSum& sum) { return sum.Assemble(); }},
+                               [](const KroneckerSum& sum) { return sum.Assemble(); },
+                               [](const Operator&) -> SparseMatrix {
+                                 throw std::logic_error("a matrix known by its products only has no entries");
+                               }},
                     value_);
 }
 
 Vector StructuredMatrix::AbsTimes(const Eigen::Ref<const Vector>& v) const {
   return std::visit(Overloaded{[&](const Matrix& dense) { return dlcs::AbsTimes(dense, v); },
                                [&](const SparseMatrix& sparse) { return AbsTimesSparse(sparse, v); },
-                               [&](const KroneckerSum& sum) { return AbsTimesKronecker(sum, v); }},
+                               [&](const KroneckerSum& sum) { return AbsTimesKronecker(sum, v); },
+                               [&](const Operator& product) { return product->AbsTimes(v); }},
                     value_);
 }
 
@@ -237,7 +251,8 @@ void StructuredMatrix::Multiply(const Eigen::Ref<const Matrix>& right, Eigen::Re
                           for (Index k = 0; k < right.cols(); ++k) {
                             MultiplyColumn(sum, right.col(k).data(), cols_, left.col(k).data());
                           }
-                        }},
+                        },
+                        [&](const Operator& product) { product->Multiply(right, left); }},
              value_);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A matrix that keeps its structure: dense, sparse, or a Kronecker sum.
+// A matrix that keeps its structure: dense, sparse, a Kronecker sum, or known by its products only.
 
 #ifndef DLCS_CORE_LINALG_STRUCTURED_MATRIX_H_
 #define DLCS_CORE_LINALG_STRUCTURED_MATRIX_H_
@@ -27,6 +27,20 @@ struct KroneckerSum {
   SparseMatrix Assemble() const;
 };
 
+// A matrix known by its products only. Of a matrix whose rows are distributed over a team, the rows of this process by
+// its own unknowns; products then exchange values with the other processes.
+class LinearOperator {
+ public:
+  virtual ~LinearOperator() = default;
+  virtual Index rows() const = 0;
+  virtual Index cols() const = 0;
+  virtual Index nonzeros() const = 0;
+  // left = this · right
+  virtual void Multiply(const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) const = 0;
+  // |this| v for v >= 0
+  virtual Vector AbsTimes(const Eigen::Ref<const Vector>& v) const = 0;
+};
+
 // Products use the structure; Dense() gives it up. Conversion from and to a dense Matrix is implicit, so that code for
 // small problems need not know about structure.
 //
@@ -37,6 +51,8 @@ class StructuredMatrix {
   StructuredMatrix(Matrix dense);
   StructuredMatrix(SparseMatrix sparse);
   StructuredMatrix(KroneckerSum sum);
+  // Has no Dense(), no Sparse(), and no MaxAbs().
+  StructuredMatrix(std::shared_ptr<const LinearOperator> linear_operator);
   template <class Derived>
   StructuredMatrix(const Eigen::MatrixBase<Derived>& dense) : StructuredMatrix(Matrix(dense)) {}
 
@@ -94,7 +110,7 @@ class StructuredMatrix {
   // The matrix by its diagonals, made at the first call and kept; null where there are too many.
   const Diagonals* StoredDiagonals(const SparseMatrix& sparse) const;
 
-  std::variant<Matrix, SparseMatrix, KroneckerSum> value_;
+  std::variant<Matrix, SparseMatrix, KroneckerSum, std::shared_ptr<const LinearOperator>> value_;
   Index rows_ = 0;  // of a matrix with structure
   Index cols_ = 0;
   std::shared_ptr<Expansion> expansion_;  // Dense() and the diagonals, of a matrix with structure

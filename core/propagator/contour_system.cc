@@ -41,6 +41,11 @@ SetupKey KeyOf(const Problem& problem, const Sector& sector, bool with_lift) {
 
 bool KeepsLift(const Problem& problem) { return problem.f.is_lifted() && problem.f.lift.cols() <= kNarrowLift; }
 
+// To all processes, from the one that owns the part.
+void ShareMatrix(Team& team, Index part, Eigen::MatrixXcd& matrix) {
+  team.Share(team.OwnerOf(part), reinterpret_cast<double*>(matrix.data()), 2 * matrix.size());
+}
+
 double BytesOf(const TransferValues& values) {
   double bytes = 0;
   for (const Eigen::MatrixXcd& value : values) bytes += 16.0 * static_cast<double>(value.size());
@@ -60,8 +65,9 @@ std::unique_ptr<ContourSystem> ContourSystem::Create(const Problem& problem, con
   const auto sector = FindSector(problem.A.Sparse(), problem.horizon, problem.E.Sparse());
   if (!sector) {
     const std::string of = problem.has_mass() ? "the pencil (A, E), whose E must be symmetric positive definite," : "A";
-    why_not = "no sector holds the field of values of " + of + " that is narrow enough for a contour up to T = " +
-              FormatNumber(problem.horizon) + ": solutions grow too much, or oscillate too fast for their decay";
+    why_not = "no sector holds the field of values of " + of +
+              " that is narrow enough for a contour up to T = " + FormatNumber(problem.horizon) +
+              ": solutions grow too much, or oscillate too fast for their decay";
     return nullptr;
   }
   const double columns = static_cast<double>(problem.num_constraints() + kNarrowLift);
@@ -98,7 +104,8 @@ ContourSystem::ContourSystem(const Problem& problem, const Sector& sector, doubl
       matrices_(KeyOf(problem, sector, keeps_lift_)),
       setups_(setups, kOwnSetupBytes),
       few_workers_(at_once < threads ? std::make_unique<Workers>(at_once) : nullptr),
-      at_once_(at_once) {}
+      at_once_(at_once),
+      team_(Team::Current()) {}
 
 StepContours ContourSystem::MakeContours(double step, Index steps) const {
   const double angle = sector_.angle, shift = sector_.shift * step;
@@ -136,7 +143,7 @@ std::vector<TransferValues> ContourSystem::Visit(double step, const StepContours
     values.emplace_back(static_cast<std::size_t>(contours.size()), Eigen::MatrixXcd(N_.rows(), columns.cols()));
   }
   (few_workers_ ? *few_workers_ : workers).ForBlocks(contours.size(), 1, [&](Index, Index p, Index) {
-    if (stop.stop_requested()) return;
+    if (stop.stop_requested() || !team_.Owns(p)) return;
     const ContourNode& node = contours.node(p);
     const auto factor = resolvent_.At(node.z / step);
     for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -148,6 +155,9 @@ std::vector<TransferValues> ContourSystem::Visit(double step, const StepContours
     }
   });
   if (stop.stop_requested()) values.clear();
+  for (TransferValues& of_group : values) {
+    for (Index p = 0; p < contours.size(); ++p) ShareMatrix(team_, p, of_group[static_cast<std::size_t>(p)]);
+  }
   return values;
 }
 
@@ -279,10 +289,12 @@ Matrix ContourSystem::States(const Vector& x, const RunSources& sources, const M
 
   const Index parts = 8.0 * kPartialSums * static_cast<double>(m * outputs) <= kPartialSumBytes ? kPartialSums : 1;
   std::vector<Matrix> sums(static_cast<std::size_t>(parts), no_states);
-  const Index in_part = (contours.size() + parts - 1) / parts;
-  (few_workers_ ? *few_workers_ : workers).ForBlocks(contours.size(), in_part, [&](Index part, Index begin, Index end) {
+  // The nodes that Visit() gives to this process, whose factors may be kept.
+  const Index stride = parts * team_.size();
+  (few_workers_ ? *few_workers_ : workers).ForBlocks(parts, 1, [&](Index part, Index, Index) {
+    Matrix& sum = sums[static_cast<std::size_t>(part)];
     Eigen::MatrixXcd excited(n + r + 1, outputs);
-    for (Index p = begin; p < end && !stop.stop_requested(); ++p) {
+    for (Index p = part * team_.size() + team_.rank(); p < contours.size() && !stop.stop_requested(); p += stride) {
       const ContourNode& node = contours.node(p);
       const bool is_near = contours.is_near(p);
       ExciteByPulses(node.z, is_near, hold, y, nodes, excited.topRows(n));
@@ -293,7 +305,6 @@ Matrix ContourSystem::States(const Vector& x, const RunSources& sources, const M
       }
       excited *= node.weight;
       const auto factor = resolvent_.At(node.z / h);
-      Matrix& sum = sums[static_cast<std::size_t>(part)];
       const Index solves = std::min(outputs, excited.rows());
       for (Index first = 0; first < solves; first += kColumnsAtOnce) {
         const Index count = std::min(kColumnsAtOnce, solves - first);
@@ -309,7 +320,14 @@ Matrix ContourSystem::States(const Vector& x, const RunSources& sources, const M
     }
   });
   for (std::size_t part = 1; part < sums.size(); ++part) sums[0] += sums[part];
-  return std::move(sums[0]);
+  if (team_.is_alone()) return std::move(sums[0]);
+  Matrix states = std::move(no_states);
+  for (int rank = 0; rank < team_.size(); ++rank) {
+    Matrix of_rank = sums[0];
+    team_.Share(rank, of_rank.data(), of_rank.size());
+    states += of_rank;
+  }
+  return states;
 }
 
 PropagatorRecord ContourSystem::record() const {
@@ -322,7 +340,7 @@ PropagatorRecord ContourSystem::record() const {
     const std::string count = at_once_ == 1 ? "one factorization" : std::to_string(at_once_) + " factorizations";
     record.reason += "; max_memory allows " + count + " at a time";
   }
-  record.factorizations = resolvent_.factorizations();
+  record.factorizations = static_cast<Index>(team_.Sum(static_cast<double>(resolvent_.factorizations())));
   for (const auto& values : steps_) {
     record.terms += values->contours.size();
     record.error = std::max(record.error, std::exp(values->contours.log_loss) * std::numeric_limits<double>::epsilon());

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/linalg/sparse_factor.h"
+#include "core/parallel/team.h"
 #include "core/problem/options.h"
 #include "core/propagator/contour_kernel.h"
 #include "core/propagator/propagator.h"
@@ -69,6 +70,8 @@ class SparseResolvent {
 // further passes, with the same factors as far as Options::max_memory allows them to be kept. The values for B and the
 // lift, some megabytes, do not depend on the start: solves of the same matrices share them, and a solve with another
 // start makes a pass for one column only.
+//
+// In a team each process visits its part of the nodes, and n × n blocks travel; of States() sums of states do.
 //
 // The contours enclose a sector that is proven to contain the field of values (core/propagator/sector.h).
 class ContourSystem final : public Propagator {
@@ -134,6 +137,7 @@ class ContourSystem final : public Propagator {
   SharedSetups setups_;
   const std::unique_ptr<Workers> few_workers_;  // where memory holds the factors of fewer nodes than there are threads
   const int at_once_;
+  Team& team_;
   std::vector<std::unique_ptr<StepValues>> steps_;
   struct KeptKernel {
     double step;

@@ -118,27 +118,15 @@ double IterativeStep::ToleranceFor(const Options& options, Index steps) {
   return std::clamp(kPart * options.error_tolerance / static_cast<double>(steps), kLeastTolerance, kOfGivenSteps);
 }
 
-IterativeStep::IterativeStep(const Problem& problem, double step, SparseRule rule, double theta, Workers& workers,
-                             double tolerance)
-    : rule_(problem, step, rule, theta), tolerance_(tolerance) {
-  const SparseMatrix K = Assemble();
-  std::vector<BoundedUnknown> bounded;
-  for (const Pair& pair : pairs_) {
-    bounded.push_back({.index = pair.unknown, .sign = pair.is_obstacle && pair.coefficient < 0 ? -1.0 : 1.0});
-  }
-  solver_ = std::make_unique<BoundedSolver>(K, std::move(bounded), workers);
-  right_.resize(K.rows());
-  bounds_.setZero(static_cast<Index>(pairs_.size()));
-}
-
-SparseMatrix IterativeStep::Assemble() {
-  const Problem& problem = rule_.problem();
-  if (problem.has_mass()) scales_ = problem.E.Sparse().diagonal().cwiseSqrt().cwiseInverse();
-  const PairMatrices matrices(problem, scales_);
+IterativeStep::System IterativeStep::Assemble(const StepRule& rule) {
+  const Problem& problem = rule.problem();
+  System system;
+  if (problem.has_mass()) system.scales = problem.E.Sparse().diagonal().cwiseSqrt().cwiseInverse();
+  const PairMatrices matrices(problem, system.scales);
   const Index m = problem.num_states(), n = problem.num_constraints();
   Index size = m;
   for (Index i = 0; i < n; ++i) {
-    const double weight = rule_.weight();
+    const double weight = rule.weight();
     Pair pair{.is_obstacle = matrices.HasZeroRowOfM(i)};
     if (pair.is_obstacle) {
       const Single of_N = SingleEntry(matrices.N, i);
@@ -150,7 +138,7 @@ SparseMatrix IterativeStep::Assemble() {
       pair.scale = SymmetricScale(matrices, i, weight);
       if (pair.scale == 0) pair.scale = BalancedScale(matrices, i, weight);
     }
-    pairs_.push_back(pair);
+    system.pairs.push_back(pair);
   }
 
   RowMajor states = problem.E.Sparse();
@@ -158,9 +146,9 @@ SparseMatrix IterativeStep::Assemble() {
     states.resize(m, m);
     states.setIdentity();
   }
-  states = states - rule_.shift() * RowMajor(problem.A.Sparse());
-  if (scales_.size() > 0) states = RowMajor(scales_.asDiagonal() * states * scales_.asDiagonal());
-  norm_of_states_ = InfinityNormOf(states);
+  states = states - rule.shift() * RowMajor(problem.A.Sparse());
+  if (system.scales.size() > 0) states = RowMajor(system.scales.asDiagonal() * states * system.scales.asDiagonal());
+  system.norm_of_states = InfinityNormOf(states);
   const RowMajor B_rows = matrices.B;
   RowMajor K(size, size);
   K.reserve(states.nonZeros() + matrices.B.nonZeros() + matrices.N.nonZeros() + matrices.M.nonZeros());
@@ -169,15 +157,15 @@ SparseMatrix IterativeStep::Assemble() {
     for (RowMajor::InnerIterator entry(states, i); entry; ++entry) K.insertBack(i, entry.index()) = entry.value();
     double sum = 0;
     for (RowMajor::InnerIterator entry(B_rows, i); entry; ++entry) {
-      const Pair& pair = pairs_[entry.index()];
+      const Pair& pair = system.pairs[entry.index()];
       if (pair.is_obstacle) continue;
-      K.insertBack(i, pair.unknown) = -rule_.weight() * entry.value();
-      sum += std::abs(rule_.weight() * entry.value());
+      K.insertBack(i, pair.unknown) = -rule.weight() * entry.value();
+      sum += std::abs(rule.weight() * entry.value());
     }
-    norm_of_coupling_ = NanMax(norm_of_coupling_, sum);
+    system.norm_of_coupling = NanMax(system.norm_of_coupling, sum);
   }
   for (Index i = 0; i < n; ++i) {
-    const Pair& pair = pairs_[i];
+    const Pair& pair = system.pairs[i];
     if (pair.is_obstacle) continue;
     K.startVec(pair.unknown);
     double of_states = 0, of_pairs = 0;
@@ -187,14 +175,49 @@ SparseMatrix IterativeStep::Assemble() {
     }
     for (RowMajor::InnerIterator entry(matrices.M_rows, i); entry; ++entry) {
       if (entry.value() == 0) continue;  // an obstacle may be stored as one
-      K.insertBack(pair.unknown, pairs_[entry.index()].unknown) = pair.scale * entry.value();
+      K.insertBack(pair.unknown, system.pairs[entry.index()].unknown) = pair.scale * entry.value();
       of_pairs += std::abs(pair.scale * entry.value());
     }
-    norm_of_pair_states_ = NanMax(norm_of_pair_states_, of_states);
-    norm_of_pairs_ = NanMax(norm_of_pairs_, of_pairs);
+    system.norm_of_pair_states = NanMax(system.norm_of_pair_states, of_states);
+    system.norm_of_pairs = NanMax(system.norm_of_pairs, of_pairs);
   }
   K.finalize();
-  return SymmetricUpToRounding(K);
+  system.K = SymmetricUpToRounding(K);
+  return system;
+}
+
+namespace {
+
+std::unique_ptr<BoundedSolver> SolverOf(const IterativeStep::System& system, Workers& workers) {
+  std::vector<BoundedUnknown> bounded;
+  for (const IterativeStep::Pair& pair : system.pairs) bounded.push_back(pair.bound());
+  return std::make_unique<BoundedSolver>(system.K, std::move(bounded), workers);
+}
+
+}  // namespace
+
+IterativeStep::IterativeStep(const Problem& problem, double step, SparseRule rule, double theta, Workers& workers,
+                             double tolerance)
+    : rule_(problem, step, rule, theta),
+      tolerance_(tolerance),
+      system_(Assemble(rule_)),
+      solver_(SolverOf(system_, workers)),
+      team_(Team::Alone()) {
+  system_.K = SparseMatrix();
+  PrepareRightHandSides();
+}
+
+IterativeStep::IterativeStep(const StepRule& rule, System system, std::unique_ptr<BoundedSolver> solver, Team& team,
+                             double tolerance)
+    : rule_(rule), tolerance_(tolerance), system_(std::move(system)), solver_(std::move(solver)), team_(team) {
+  PrepareRightHandSides();
+}
+
+void IterativeStep::PrepareRightHandSides() {
+  Index unknowns = rule_.problem().num_states();
+  for (const Pair& pair : system_.pairs) unknowns += !pair.is_obstacle;
+  right_.resize(unknowns);
+  bounds_.setZero(static_cast<Index>(system_.pairs.size()));
 }
 
 IterativeStep::State IterativeStep::StateOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
@@ -203,9 +226,9 @@ IterativeStep::State IterativeStep::StateOf(const Eigen::Ref<const Vector>& x, c
   const Vector w = problem.N * x + problem.M * y + g;
   State state{.z = Vector(right_.size()), .multipliers = Vector(y.size())};
   state.z.head(x.size()) = x;
-  if (scales_.size() > 0) state.z.head(x.size()).array() /= scales_.array();
+  if (system_.scales.size() > 0) state.z.head(x.size()).array() /= system_.scales.array();
   for (Index i = 0; i < y.size(); ++i) {
-    const Pair& pair = pairs_[i];
+    const Pair& pair = system_.pairs[i];
     if (!pair.is_obstacle) state.z[pair.unknown] = y[i];
     state.multipliers[i] = pair.scale * std::max(pair.is_obstacle ? y[i] : w[i], 0.0);
   }
@@ -216,10 +239,10 @@ LcpStatus IterativeStep::Solve(const Vector& right, const Eigen::Ref<const Vecto
   constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
   const Index m = rule_.problem().num_states();
   right_.head(m) = right;
-  if (scales_.size() > 0) right_.head(m).array() *= scales_.array();
+  if (system_.scales.size() > 0) right_.head(m).array() *= system_.scales.array();
   double size_of_g = 0;
   for (Index i = 0; i < g.size(); ++i) {
-    const Pair& pair = pairs_[i];
+    const Pair& pair = system_.pairs[i];
     if (pair.is_obstacle) {
       bounds_[i] = -g[i] / pair.coefficient;
     } else {
@@ -227,10 +250,11 @@ LcpStatus IterativeStep::Solve(const Vector& right, const Eigen::Ref<const Vecto
       size_of_g = NanMax(size_of_g, std::abs(pair.scale * g[i]));
     }
   }
-  const double size_of_x = NanMax(MaxAbs(right_.head(m)), MaxAbs(state.z.head(m)));
-  const double size_of_y = MaxAbs(state.z.tail(state.z.size() - m));
-  const double of_states = norm_of_states_ * size_of_x + norm_of_coupling_ * size_of_y;
-  const double of_pairs = norm_of_pair_states_ * size_of_x + norm_of_pairs_ * size_of_y + size_of_g;
+  const double size_of_x = team_.Max(NanMax(MaxAbs(right_.head(m)), MaxAbs(state.z.head(m))));
+  const double size_of_y = team_.Max(MaxAbs(state.z.tail(state.z.size() - m)));
+  size_of_g = team_.Max(size_of_g);
+  const double of_states = system_.norm_of_states * size_of_x + system_.norm_of_coupling * size_of_y;
+  const double of_pairs = system_.norm_of_pair_states * size_of_x + system_.norm_of_pairs * size_of_y + size_of_g;
   constexpr double kLeast = std::numeric_limits<double>::min();  // a tolerance of zero could not be divided by
   const ResidualScale tolerance{.split = m,
                                 .first = NanMax(tolerance_ * size_of_x + kRounding * of_states, kLeast),
@@ -240,14 +264,14 @@ LcpStatus IterativeStep::Solve(const Vector& right, const Eigen::Ref<const Vecto
 
 Vector IterativeStep::StatesOf(const State& state) const {
   Vector x = state.z.head(rule_.problem().num_states());
-  if (scales_.size() > 0) x.array() *= scales_.array();
+  if (system_.scales.size() > 0) x.array() *= system_.scales.array();
   return x;
 }
 
 Vector IterativeStep::PairsOf(const State& state) const {
-  Vector y(static_cast<Index>(pairs_.size()));
+  Vector y(static_cast<Index>(system_.pairs.size()));
   for (Index i = 0; i < y.size(); ++i) {
-    const Pair& pair = pairs_[i];
+    const Pair& pair = system_.pairs[i];
     y[i] = pair.is_obstacle ? state.multipliers[i] / pair.scale : state.z[pair.unknown];
   }
   return y;

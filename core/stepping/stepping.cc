@@ -16,14 +16,20 @@ namespace {
 
 // Steps between two sums of the certificate. Its columns stay in the cache, or fill 16 MB each; where A is dense, its
 // products take some ten milliseconds, since they are not interrupted.
-Index Chunk(const Problem& problem) {
-  const Index m = problem.num_states(), n = problem.num_constraints();
+Index Chunk(const SolveContext& context) {
+  const Problem& problem = context.problem;
+  const Index m = context.most_states(), n = context.most_pairs();
   const Index operations = n * n + (problem.A.is_dense() ? m * m : m);
   return std::clamp<Index>(std::min((Index{1} << 21) / m, (Index{1} << 23) / operations), problem.A.is_dense() ? 8 : 1,
                            256);
 }
 
 }  // namespace
+
+bool SegmentStepper::StartInterval(SolveContext& context, double time, const Eigen::Ref<const Vector>& g,
+                                   Eigen::Ref<Vector> x, Eigen::Ref<Vector> y, bool& y_is_solution) {
+  return dlcs::StartInterval(context, time, g, x, y, y_is_solution);
+}
 
 void WarnOf(const SelectionStats& departures, SolveContext& context) {
   std::vector<std::string>& warnings = context.solution.warnings;
@@ -185,15 +191,19 @@ bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper, 
     context.solution.cost.seconds_setup += context.Seconds() - setup_begin;
     while (done < run.steps) {
       Segment segment;
-      const Index steps = std::min(std::max(Chunk(problem), stepper.least_steps()), run.steps - done);
-      if (const auto bad = context.sources.Sample(context.grid, run, done, steps, segment)) {
-        return context.FailNonFinite(*bad);
+      const Index steps = std::min(std::max(Chunk(context), stepper.least_steps()), run.steps - done);
+      const auto bad = context.sources.Sample(context.grid, run, done, steps, segment);
+      if (context.Any(bad.has_value())) {
+        return context.FailNonFinite(bad.value_or(Sources::NonFinite{context.grid.times[segment.first_node],
+                                                                     "f or g has no finite value in another process"}));
       }
       const double begin = context.grid.times[segment.first_node];
       if (context.stop.stop_requested()) return context.FailCancelled(begin);
       progress.At(begin);
       const bool starts_interval = done == 0 && run.starts_at_break;
-      if (starts_interval && !StartInterval(context, begin, segment.g.col(0), x, y, y_is_solution)) return false;
+      if (starts_interval && !stepper.StartInterval(context, begin, segment.g.col(0), x, y, y_is_solution)) {
+        return false;
+      }
 
       segment.x.resize(problem.num_states(), steps + 1);
       segment.y.resize(problem.num_constraints(), steps + 1);
@@ -222,7 +232,7 @@ bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper, 
       }
       x = segment.x.col(steps);
       y = segment.y.col(steps);
-      if (!x.allFinite()) return FailLcp(context, LcpStatus::kNonFinite, next_time, "");
+      if (context.Any(!x.allFinite())) return FailLcp(context, LcpStatus::kNonFinite, next_time, "");
       done += steps;
       context.checkpointing.Offer(context, next_time, carry);
     }

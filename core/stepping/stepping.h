@@ -46,6 +46,10 @@ class SegmentStepper {
   // The least number of steps that are worth one call.
   virtual Index least_steps() const { return 1; }
 
+  // Prepares x and y at `time`, the start of a smooth interval, as dlcs::StartInterval() does.
+  virtual bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Vector>& g,
+                             Eigen::Ref<Vector> x, Eigen::Ref<Vector> y, bool& y_is_solution);
+
   // Takes all steps of `segment`: its sources are given, x and y hold the start in column 0, and the other columns are
   // filled. Returns kSolved, or the verdict of the LCP that failed. `solved` is the number of steps done, fewer than
   // all also if `stop` was requested (checked in every step). Adds to the counts in `departures`. The bits depend on

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/context/shared_setup.h"
+#include "core/stepping/distributed_steps.h"
 #include "core/stepping/iterative_stepper.h"
 #include "core/stepping/newton_bounds.h"
 #include "core/stepping/stepping.h"
@@ -76,7 +77,10 @@ bool StepIteratively(SolveContext& context) {
     };
     return std::make_unique<IterativeStepper>(std::move(iterative), make_direct, context.grid, account, progress);
   };
-  const bool reached_end = StepThroughGrid(context, make_stepper);
+  DistributedSteps* const distributed = Team::Current().distributed_steps();
+  const bool reached_end = distributed
+                               ? distributed->Take(context, RuleOf(context.options, context.two_stages), account)
+                               : StepThroughGrid(context, make_stepper);
   context.solution.propagator.linear_iterations = account.linear_iterations;
   context.solution.propagator.set_changes = account.set_changes;
   if (account.direct_steps > 0) {

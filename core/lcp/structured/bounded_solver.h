@@ -5,10 +5,12 @@
 #define DLCS_CORE_LCP_STRUCTURED_BOUNDED_SOLVER_H_
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "core/lcp/basis/lcp_solver.h"
-#include "core/linalg/multigrid_solver.h"
+#include "core/linalg/krylov_solver.h"
+#include "core/linalg/structured_matrix.h"
 #include "core/parallel/parallel.h"
 #include "core/types.h"
 
@@ -29,7 +31,7 @@ struct BoundedSolverCounts {
 //     (K z - b)_j = 0                                                 for unknowns j without a bound,
 //     0 <= s_j (z_j - l_j)  ⟂  s_j (K z - b)_j >= 0                   for those with one, s_j their sign,
 // by a primal-dual active set method, which is a semismooth Newton method: the unknowns taken to be at their bounds are
-// fixed, the equations of the others are solved by core/linalg/multigrid_solver.h, and unknowns change sides where one
+// fixed, the equations of the others are solved by core/linalg/krylov_solver.h, and unknowns change sides where one
 // of the signs is wrong. The set is looked at while the iteration goes on, whenever the residual has fallen by a
 // hundred, and changes only beyond the present residual. So a wrong set costs few iterations, and the last solve starts
 // near the solution.
@@ -42,6 +44,10 @@ struct BoundedSolverCounts {
 class BoundedSolver {
  public:
   BoundedSolver(const SparseMatrix& K, std::vector<BoundedUnknown> bounded, Workers& workers);
+  // The same for the system of `linear`, with the diagonal of K in the bounded unknowns. Where its rows are distributed
+  // over a team, these are the bounded unknowns of this process, and so are all vectors below.
+  BoundedSolver(std::unique_ptr<KrylovSolver> linear, Vector diagonal, std::vector<BoundedUnknown> bounded,
+                Workers& workers);
 
   // `tolerance`   what residuals may be left, absolute; signs are wrong only beyond it.
   // `z`           in: a guess; out: the solution, bounds kept exactly.
@@ -60,9 +66,10 @@ class BoundedSolver {
   // Lets unknowns whose signs are wrong change sides. Returns whether there were any.
   bool ChangeSides(const Vector& b, const Vector& bounds, const ResidualScale& tolerance, Vector& z,
                    Vector& multipliers);
+  // The same in all processes of a team.
   std::uint64_t HashOfFixed() const;
 
-  MultigridSolver linear_;
+  std::unique_ptr<KrylovSolver> linear_;
   std::vector<BoundedUnknown> bounded_;
   Vector diagonal_;  // of K, in bounded unknowns
   Workers& workers_;

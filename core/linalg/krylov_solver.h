@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Large sparse systems of equations by Krylov methods, with a preconditioner that derived classes bring.
+
+#ifndef DLCS_CORE_LINALG_KRYLOV_SOLVER_H_
+#define DLCS_CORE_LINALG_KRYLOV_SOLVER_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "core/linalg/compressed_rows.h"
+#include "core/parallel/parallel.h"
+#include "core/parallel/team.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// Residuals count relative to `first` in the rows before `split`, and to `second` in the others.
+struct ResidualScale {
+  Index split = 0;
+  double first = 1, second = 1;
+};
+
+// Solves K x = b for one K and many b, where some unknowns may be fixed: then the equations of the others are solved.
+// Conjugate gradients where K is symmetric, else GMRES, with restarts and in its flexible form, since the
+// preconditioner need not be the same to the last bit at each step. Sums run through blocks in a fixed order: the bits
+// do not depend on the number of threads. Memory: that of K, and 4 vectors, or 2 kRestart + 2 where K is not symmetric.
+//
+// Where the rows are distributed over a team, all vectors hold the unknowns of this process, and all processes call the
+// same functions; what is said of the system holds for the whole of it.
+class KrylovSolver {
+ public:
+  static constexpr Index kRestart = 24;
+
+  virtual ~KrylovSolver() = default;
+
+  const CompressedRows<double>& matrix() const { return K_; }
+  bool is_symmetric() const { return is_symmetric_; }
+  Team& team() const { return team_; }
+
+  // From now on the unknowns with is_fixed[i] != 0 are fixed. Start() must follow.
+  void Fix(const std::vector<std::uint8_t>& is_fixed);
+
+  // Begins at `x`, which holds the values of fixed unknowns as well. Keeps references to both.
+  void Start(const Vector& b, Vector& x, const ResidualScale& scale);
+
+  // Iterates until residual() is at most `target`, which may be less each time. False if it is not: after
+  // `max_iterations`, or where K is not definite or residuals stay as they are. x is the last iterate in any case.
+  // Looks for stop requests.
+  bool Reduce(double target, Index max_iterations);
+
+  // max |b - K x| in the units of the scale over the unknowns that are not fixed; NaN where a number is not finite.
+  double residual() const { return residual_; }
+  // Computes it again from x, without what rounding has added up since Start().
+  void Refresh();
+  Index iterations() const { return iterations_; }  // of all solves
+
+  // (K x)_i, where x is that of the last Expand().
+  double RowTimes(Index i, const Vector& x) const;
+  // Gets the values of `x` that other processes have and rows of this one need.
+  virtual void Expand(const Vector& /*x*/) {}
+
+ protected:
+  // `K`: the rows of this process, by its own unknowns.
+  KrylovSolver(CompressedRows<double> K, bool is_symmetric, Workers& workers, Team& team);
+
+  // z = the preconditioner applied to r, 0 in fixed unknowns. `size`: max |r_i|. The pattern of K is as it was given.
+  virtual void Precondition(const Vector& r, double size, Vector& z) = 0;
+  virtual void PrepareFixed(const std::vector<std::uint8_t>& is_fixed) = 0;
+
+  const CompressedRows<double> K_;
+  // The columns of other processes, and their unknowns as Expand() found them; no rows where there are none.
+  CompressedRows<double> outside_;
+  Vector outside_values_;
+
+ private:
+  bool ReduceByConjugateGradients(double target, Index max_iterations);
+  bool ReduceByGmres(double target, Index max_iterations);
+  // One cycle of at most `steps` steps, or until the 2-norm has fallen by `factor`; the steps taken.
+  Index GmresCycle(double factor, Index steps);
+  // product = K v in the unknowns that are not fixed, 0 in the others. Returns vᵀ product.
+  double Multiply(const Vector& v, Vector& product);
+  double Dot(const Eigen::Ref<const Vector>& a, const Eigen::Ref<const Vector>& b);
+  // The same with a count of it.
+  void CountAndPrecondition(const Vector& v, Vector& z);
+  // Calls update(begin, end), which changes those rows of r_, for blocks of rows, and measures r_.
+  template <typename Body>
+  void UpdateResidual(const Body& update);
+  void ComputeResidual();
+
+  bool is_symmetric_;
+  Workers& workers_;
+  Team& team_;
+  std::vector<std::uint8_t> is_fixed_;
+  Index iterations_ = 0;
+
+  const Vector* b_ = nullptr;
+  Vector* x_ = nullptr;
+  ResidualScale scale_;
+  double residual_ = 0, size_of_r_ = 0;  // max |r_i| in the units of the scale, and as it is
+  Vector r_;
+  // Conjugate gradients: the direction and K times it, rᵀz; has_direction_ once there was a step.
+  Vector z_, p_, q_;
+  double rho_ = 0;
+  bool has_direction_ = false;
+  double last_step_ = 0;
+  Matrix basis_, corrections_;  // of GMRES
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_LINALG_KRYLOV_SOLVER_H_

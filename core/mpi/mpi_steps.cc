@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/mpi/mpi_steps.h"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/context/consistency.h"
+#include "core/lcp/structured/bounded_solver.h"
+#include "core/mpi/halo.h"
+#include "core/mpi/hypre_solver.h"
+#include "core/mpi/mpi_team.h"
+#include "core/mpi/ownership.h"
+#include "core/mpi/part_of_problem.h"
+#include "core/stepping/iterative_step.h"
+#include "core/stepping/stepping.h"
+
+namespace dlcs {
+namespace {
+
+// Rows of all ranks from those of each, in all of them.
+Matrix Collect(const Matrix& part, const Ownership& rows, MpiTeam& team) {
+  Matrix whole(rows.size(), part.cols());
+  Matrix of_rank;
+  for (int rank = 0; rank < team.size(); ++rank) {
+    if (rank == team.rank()) {
+      of_rank = part;
+    } else {
+      of_rank.resize(rows.count(rank), part.cols());
+    }
+    team.Share(rank, of_rank.data(), of_rank.size());
+    whole(rows.rows(rank), Eigen::all) = of_rank;
+  }
+  return whole;
+}
+
+// Steps of the rows of this rank. Smooth intervals start with the whole problem.
+class MpiStepper final : public SegmentStepper {
+ public:
+  MpiStepper(std::unique_ptr<IterativeStepper> stepper, SolveContext& whole, const Ownership& states,
+             const Ownership& pairs, MpiTeam& team)
+      : stepper_(std::move(stepper)), whole_(whole), states_(states), pairs_(pairs), team_(team) {}
+
+  const Scheme& scheme() const override { return stepper_->scheme(); }
+  Index lcps_of_a_step() const override { return stepper_->lcps_of_a_step(); }
+  Index least_steps() const override { return stepper_->least_steps(); }
+  LcpStatus TakeSteps(Segment& segment, const std::stop_token& stop, SelectionStats& departures,
+                      Index& solved) override {
+    return stepper_->TakeSteps(segment, stop, departures, solved);
+  }
+
+  bool StartInterval(SolveContext& /*context*/, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
+                     Eigen::Ref<Vector> y, bool& y_is_solution) override {
+    Vector whole_x = Collect(x, states_, team_), whole_y = Collect(y, pairs_, team_);
+    const Vector whole_g = Collect(g, pairs_, team_);
+    if (!dlcs::StartInterval(whole_, time, whole_g, whole_x, whole_y, y_is_solution)) return false;
+    x = whole_x(states_.rows(team_.rank()));
+    y = whole_y(pairs_.rows(team_.rank()));
+    return true;
+  }
+
+ private:
+  const std::unique_ptr<IterativeStepper> stepper_;
+  SolveContext& whole_;
+  const Ownership &states_, &pairs_;
+  MpiTeam& team_;
+};
+
+// The part of this rank of the sparse system of one step, with its solver.
+std::unique_ptr<IterativeStep> PartOfStep(const StepRule& whole, const Problem& part, double step, SparseRule rule,
+                                          double theta, const Ownership& states, const Ownership& pairs,
+                                          Workers& workers, MpiTeam& team, double tolerance) {
+  const IterativeStep::System system = IterativeStep::Assemble(whole);
+  std::vector<int> owners(static_cast<std::size_t>(system.K.rows()));
+  for (Index i = 0; i < states.size(); ++i) owners[static_cast<std::size_t>(i)] = states.owner(i);
+  for (Index i = 0; i < pairs.size(); ++i) {
+    const IterativeStep::Pair& pair = system.pairs[static_cast<std::size_t>(i)];
+    if (!pair.is_obstacle) owners[static_cast<std::size_t>(pair.unknown)] = pairs.owner(i);
+  }
+  const Ownership unknowns(std::move(owners), team.size());
+
+  IterativeStep::System of_rank{.K = {},
+                                .pairs = {},
+                                .scales = {},
+                                .norm_of_states = system.norm_of_states,
+                                .norm_of_coupling = system.norm_of_coupling,
+                                .norm_of_pairs = system.norm_of_pairs,
+                                .norm_of_pair_states = system.norm_of_pair_states};
+  if (system.scales.size() > 0) of_rank.scales = system.scales(states.rows(team.rank()));
+  std::vector<BoundedUnknown> bounded;
+  Vector diagonal(pairs.count(team.rank()));
+  for (const Index i : pairs.rows(team.rank())) {
+    IterativeStep::Pair pair = system.pairs[static_cast<std::size_t>(i)];
+    diagonal[static_cast<Index>(bounded.size())] = system.K.coeff(pair.unknown, pair.unknown);
+    pair.unknown = unknowns.local(pair.unknown);
+    bounded.push_back(pair.bound());
+    of_rank.pairs.push_back(pair);
+  }
+  auto linear = std::make_unique<HypreSolver>(DistributedRows(RowMajorMatrix(system.K), unknowns, unknowns, team),
+                                              unknowns, IsSymmetric(system.K), workers, team);
+  auto solver = std::make_unique<BoundedSolver>(std::move(linear), std::move(diagonal), std::move(bounded), workers);
+  return std::make_unique<IterativeStep>(StepRule(part, step, rule, theta), std::move(of_rank), std::move(solver), team,
+                                         tolerance);
+}
+
+// Of all rows from those of each rank.
+Certificate Together(const Certificate& part, MpiTeam& team) {
+  Certificate whole;
+  const auto largest = [&](double Certificate::*value) { whole.*value = team.Max(part.*value); };
+  largest(&Certificate::node_residual);
+  largest(&Certificate::midpoint_residual);
+  largest(&Certificate::node_complementarity);
+  largest(&Certificate::midpoint_complementarity);
+  largest(&Certificate::ode_defect);
+  largest(&Certificate::lcp_scale);
+  largest(&Certificate::ode_scale);
+  largest(&Certificate::x_scale);
+  largest(&Certificate::node_residual_of_rows);
+  largest(&Certificate::midpoint_residual_of_rows);
+  largest(&Certificate::drift_of_rows);
+  return whole;
+}
+
+// The left limits of all ranks. Where a rank has none, its values are those on the right.
+std::vector<LeftLimit> CollectLeftLimits(const Solution& part, const Ownership& pairs, MpiTeam& team) {
+  std::vector<LeftLimit> limits;
+  std::size_t next = 0;
+  const auto none = static_cast<double>(part.times.size());
+  const auto column_of = [&](std::size_t k) {
+    return k < part.left_limits.size() ? static_cast<double>(part.left_limits[k].column) : none;
+  };
+  for (;;) {
+    const double column = -team.Max(-column_of(next));  // the first that a rank has
+    if (column >= none) return limits;
+    const auto k = static_cast<Index>(column);
+    const bool is_own = column_of(next) == column;
+    const Vector y = is_own ? part.left_limits[next].y : Vector(part.y.col(k));
+    const Vector w = is_own ? part.left_limits[next].w : Vector(part.w.col(k));
+    if (is_own) ++next;
+    limits.push_back({k, Collect(y, pairs, team), Collect(w, pairs, team)});
+  }
+}
+
+// Adds what the ranks have found to the solution of the whole.
+void Conclude(SolveContext& part, const Ownership& states, const Ownership& pairs, MpiTeam& team, SolveContext& whole) {
+  const Index recorded = part.recorder.recorded();
+  part.recorder.Finish();
+  Solution& solution = whole.solution;
+  const Solution& of_rank = part.solution;
+  std::copy(of_rank.times.begin(), of_rank.times.end(), solution.times.begin());
+  solution.x.leftCols(recorded) = Collect(of_rank.x, states, team);
+  solution.y.leftCols(recorded) = Collect(of_rank.y, pairs, team);
+  solution.w.leftCols(recorded) = Collect(of_rank.w, pairs, team);
+  solution.left_limits = CollectLeftLimits(of_rank, pairs, team);
+  whole.recorder.ResumeFrom(recorded);
+  if (!part.certificate.empty()) whole.certificate.Replace(Together(part.certificate.certificate(), team));
+  solution.dense_output = of_rank.dense_output;
+  solution.warnings.insert(solution.warnings.end(), of_rank.warnings.begin(), of_rank.warnings.end());
+  solution.cost.steps += of_rank.cost.steps;
+  solution.cost.lcps += of_rank.cost.lcps;
+  solution.cost.seconds_setup += of_rank.cost.seconds_setup;
+  solution.cost.seconds_lcp += of_rank.cost.seconds_lcp;
+  if (of_rank.termination != Termination::kNotSolved) {
+    whole.Fail(of_rank.termination, of_rank.failure_time, of_rank.message);
+  }
+  const double impulse = -team.Max(-part.first_impulse.value_or(std::numeric_limits<double>::infinity()));
+  if (impulse <= whole.problem.horizon) whole.first_impulse = impulse;
+}
+
+std::vector<Index> LocalRows(const std::vector<Index>& rows, const Ownership& owners, int rank) {
+  std::vector<Index> local;
+  for (const Index row : rows) {
+    if (owners.owner(row) == rank) local.push_back(owners.local(row));
+  }
+  return local;
+}
+
+}  // namespace
+
+bool MpiSteps::Take(SolveContext& context, SparseRule rule, IterativeAccount& account) {
+  const Problem& problem = context.problem;
+  if (problem.num_states() < team_.size()) {
+    return context.Fail(Termination::kUnsupported, 0,
+                        "There are fewer states than ranks, and iterative steps give each rank some.");
+  }
+  const Ownership states = StatesByBlocks(problem.num_states(), team_.size());
+  const Ownership pairs = PairsByStates(problem, states, team_.size());
+  const Problem part = PartOf(problem, states, pairs, team_);
+  auto sources = Sources::Create(part);
+  if (!sources.ok()) {
+    return context.Fail(Termination::kUnsupported, 0, std::string(sources.status().message()));
+  }
+  Index most_states = 0, most_pairs = 0;
+  for (int rank = 0; rank < team_.size(); ++rank) {
+    most_states = std::max(most_states, states.count(rank));
+    most_pairs = std::max(most_pairs, pairs.count(rank));
+  }
+  Solution solution;
+  solution.method = context.solution.method;
+  SolveContext of_rank{.problem = part,
+                       .options = context.options,
+                       .matrix_class = context.matrix_class,
+                       .selection = context.selection,
+                       .grid = context.grid,
+                       .sources = *std::move(sources),
+                       .workers = context.workers,
+                       .observer = context.observer,
+                       .stop = context.stop,
+                       .recorder = Recorder(context.grid, part.num_states(), part.num_constraints(), solution),
+                       .certificate = CertificateBuilder(part, team_),
+                       .solution = solution,
+                       .started = context.started,
+                       .impulsive_rows = LocalRows(context.impulsive_rows, pairs, team_.rank())};
+  of_rank.distribution.emplace(SolveContext::Distribution{team_, most_states, most_pairs});
+  const double tolerance = IterativeStep::ToleranceFor(context.options, context.grid.num_steps());
+  const auto make_stepper = [&](double step, Progress& progress) {
+    auto iterative = PartOfStep(StepRule(problem, step, rule, context.options.theta), part, step, rule,
+                                context.options.theta, states, pairs, context.workers, team_, tolerance);
+    auto stepper = std::make_unique<IterativeStepper>(
+        std::move(iterative), [] { return nullptr; }, context.grid, account, progress);
+    return std::make_unique<MpiStepper>(std::move(stepper), context, states, pairs, team_);
+  };
+  const bool reached_end = StepThroughGrid(of_rank, make_stepper);
+  Conclude(of_rank, states, pairs, team_, context);
+  return reached_end;
+}
+
+}  // namespace dlcs

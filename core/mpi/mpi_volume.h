@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a process has handed to MPI.
+
+#ifndef DLCS_CORE_MPI_MPI_VOLUME_H_
+#define DLCS_CORE_MPI_MPI_VOLUME_H_
+
+namespace dlcs {
+
+// Counted where MPI is called, by this library and by hypre alike: calls of these functions go through ours, which MPI
+// calls its profiling interface.
+struct MpiVolume {
+  double messages = 0, message_bytes = 0;        // to single ranks
+  double broadcasts = 0, broadcast_bytes = 0;    // as the one that has the values
+  double collectives = 0, collective_bytes = 0;  // sums, maxima and gathered values
+};
+
+// Of this process so far; not while another thread calls MPI.
+const MpiVolume& VolumeOfMpi();
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_MPI_MPI_VOLUME_H_

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The ranks that a launcher of MPI started, as one team.
+
+#ifndef DLCS_CORE_MPI_MPI_WORLD_H_
+#define DLCS_CORE_MPI_MPI_WORLD_H_
+
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace dlcs {
+
+// From MPI_Init to MPI_Finalize; one in a program.
+class MpiWorld {
+ public:
+  MpiWorld(int& argc, char**& argv);
+  ~MpiWorld();
+  MpiWorld(const MpiWorld&) = delete;
+  MpiWorld& operator=(const MpiWorld&) = delete;
+
+  int rank() const;
+  int size() const;
+
+  // Why this is not the world that was meant; empty if it is. `promised`: the number of ranks that the user named, 0
+  // for none. A launcher that does not speak this MPI starts as many worlds of one rank as it was told to start ranks,
+  // each of which would solve the whole problem: its variables tell.
+  std::string WhyNot(int promised) const;
+
+  // Calls `run` with all ranks as the team of its solves, on every rank, and returns what it returned here. If it
+  // returned another code than 0, as on a rank that cannot read a file, and does not return on the others within some
+  // seconds, calls `explain` and ends all ranks with that code.
+  int RunTogether(const std::function<int()>& run, const std::function<void()>& explain);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_MPI_MPI_WORLD_H_

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Processes that solve a problem together.
+
+#ifndef DLCS_CORE_PARALLEL_TEAM_H_
+#define DLCS_CORE_PARALLEL_TEAM_H_
+
+#include <vector>
+
+#include "core/types.h"
+
+namespace dlcs {
+
+class DistributedSteps;
+
+// Every process of a team runs the same code on the same problem, and so makes the same decisions; where work is worth
+// dividing, each does a part of it, and all get the result. This class is a process alone; core/mpi has one with MPI.
+//
+// All functions but rank() and size() must be called by all processes, in the same order. So nothing may depend on the
+// clock of one of them: a team takes no requests to stop, and ends by ending the processes.
+class Team {
+ public:
+  Team() = default;
+  virtual ~Team() = default;
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+
+  virtual int rank() const { return 0; }
+  virtual int size() const { return 1; }
+  bool is_alone() const { return size() == 1; }
+
+  // Part `part` of what is divided belongs to this process.
+  int OwnerOf(Index part) const { return static_cast<int>(part % size()); }
+  bool Owns(Index part) const { return OwnerOf(part) == rank(); }
+
+  // Sets the `count` values of all processes to those of `owner`.
+  virtual void Share(int /*owner*/, double* /*values*/, Index /*count*/) {}
+  // The value of each process, by rank.
+  virtual std::vector<double> Gather(double value) { return {value}; }
+
+  // In the order of ranks, so that all processes get the same bits.
+  double Sum(double value);
+  double Max(double value);  // NaN if one is
+  bool Any(bool value);
+
+  // Iterative steps with rows distributed over the team; null if there are none.
+  virtual DistributedSteps* distributed_steps() { return nullptr; }
+
+  static Team& Alone();
+  // That of this thread; Alone() if there is none.
+  static Team& Current();
+};
+
+// While it lives, solves that this thread begins are those of `team`.
+class TeamScope {
+ public:
+  explicit TeamScope(Team& team);
+  ~TeamScope();
+  TeamScope(const TeamScope&) = delete;
+  TeamScope& operator=(const TeamScope&) = delete;
+
+ private:
+  Team* const outer_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PARALLEL_TEAM_H_

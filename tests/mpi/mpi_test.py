@@ -1,0 +1,330 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""dlcs-mpi on 1, 2 and 4 ranks against the engine of one process; worlds that are refused; ranks that die.
+
+    mpi_test.py MPIRUN DLCS DLCS_MPI PROJECT_FOLDER
+"""
+
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import numpy as np
+
+MPIRUN, DLCS, DLCS_MPI, PROJECT = (pathlib.Path(word).resolve() for word in sys.argv[1:5])
+RANKS = (1, 2, 4)
+FOLDER = tempfile.TemporaryDirectory()
+# Ranks of one machine need no network; more of them than processors take turns.
+LAUNCHER = [str(MPIRUN), "--allow-run-as-root", "--oversubscribe", "--mca", "btl", "self,vader", "--bind-to", "none"]
+ENVIRONMENT = {**os.environ, "OMPI_MCA_btl_vader_single_copy_mechanism": "none"}
+for variable in ("DLCS_MPI_RANKS", "DLCS_SERVER", "DLCS_CONTEXT"):
+    ENVIRONMENT.pop(variable, None)
+
+ITERATIVE = ["--method", "time-stepping", "--propagator", "iterative-stepping"]
+TWO_STAGES = ["--propagator", "iterative-stepping"]  # where the method is left open
+
+
+def path(name):
+    return str(pathlib.Path(FOLDER.name) / name)
+
+
+def run(command, **kwargs):
+    return subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=200, check=False, **kwargs)
+
+
+def model(name, *options):
+    """The file of a problem that `dlcs model` makes."""
+    file = path(name + ".json")
+    if not os.path.exists(file):
+        made = run([str(DLCS), "model", *options, "--output", file])
+        assert made.returncode == 0, made.stderr
+    return file
+
+
+def wall(cells, horizon="1"):
+    """Heat in a cube, m = cells³ or so, with contact at one face."""
+    return model(
+        f"wall-{cells}-{horizon}",
+        *("signorini", "--cells", str(cells), "--dimensions", "3", "--coefficient", "0.02", "--horizon", horizon),
+    )
+
+
+def column(width, height):
+    """Heat in a column of width × width × height points, with contact along one of its sides."""
+    file = path(f"column-{width}-{height}.json")
+    if os.path.exists(file):
+        return file
+    size = width * width * height
+    number = np.arange(size).reshape(height, width, width)
+    rows, columns, values = [number.ravel()], [number.ravel()], [np.full(size, -6.0)]
+    for axis in range(3):
+        first, second = np.delete(number, -1, axis).ravel(), np.delete(number, 0, axis).ravel()
+        for a, b in ((first, second), (second, first)):
+            rows.append(a), columns.append(b), values.append(np.ones(a.size))
+    with open(path(f"column-{width}-{height}.mtx"), "w", encoding="utf-8") as market:
+        entries = sorted(zip(np.concatenate(columns), np.concatenate(rows), np.concatenate(values)))
+        market.write(f"%%MatrixMarket matrix coordinate real general\n{size} {size} {len(entries)}\n")
+        market.writelines(f"{i + 1} {j + 1} {value}\n" for j, i, value in entries)
+    side = number[:, :, 0].ravel()
+    pairs = side.size
+    for name, shape in (("B", (size, pairs)), ("N", (pairs, size)), ("M", (pairs, pairs))):
+        with open(path(f"column-{width}-{height}-{name}.mtx"), "w", encoding="utf-8") as market:
+            market.write(f"%%MatrixMarket matrix coordinate real general\n{shape[0]} {shape[1]} {pairs}\n")
+            for k, state in enumerate(side):
+                i, j = {"B": (state, k), "N": (k, state), "M": (k, k)}[name]
+                market.write(f"{i + 1} {j + 1} 1\n")
+    problem = {key: {"matrix_market": os.path.basename(path(f"column-{width}-{height}-{key}.mtx"))} for key in "BNM"}
+    problem["A"] = {"matrix_market": f"column-{width}-{height}.mtx"}
+    problem.update(f=["sin(6*t)"] * size, g=["0.1*cos(9*t)"] * pairs, x0=[0] * size, T=1)
+    with open(file, "w", encoding="utf-8") as opened:
+        json.dump(problem, opened)
+    return file
+
+
+class Result:
+    """What a solve wrote, and how it ended."""
+
+    def __init__(self, command, file):
+        done = run([*command, "--format", "json", "--output", file])
+        self.code, self.errors = done.returncode, done.stderr
+        if not os.path.exists(file):
+            raise AssertionError(f"{command}: {done.returncode} {done.stderr}")
+        with open(file, encoding="utf-8") as opened:
+            self.document = json.load(opened)
+        os.remove(file)
+        self.summary = self.document["summary"]
+        self.trajectory = {key: np.array(self.document["trajectory"][key]) for key in ("times", "x", "y", "w")}
+        self.cost, self.propagator = self.summary["cost"], self.summary["propagator"]
+
+
+def solve(problem, *options):
+    return Result([str(DLCS), "solve", problem, *options], path("one.json"))
+
+
+def solve_on(ranks, problem, *options, own=()):
+    command = [*LAUNCHER, "-n", str(ranks), str(DLCS_MPI), "--ranks", str(ranks), *own, "solve", problem, *options]
+    return Result(command, path("many.json"))
+
+
+class MpiTest(unittest.TestCase):
+    def agree(self, one, many, tolerance=1e-10):
+        self.assertEqual(one.code, many.code, many.errors)
+        self.assertEqual(one.summary["verdict"], many.summary["verdict"])
+        sizes = {key: np.abs(one.trajectory[key]).max() for key in ("times", "x", "y", "w")}
+        sizes["w"] = max(sizes["w"], sizes["y"])  # w may vanish, as a difference of terms of the size of y
+        for key, size in sizes.items():
+            a, b = one.trajectory[key], many.trajectory[key]
+            self.assertEqual(a.shape, b.shape)
+            self.assertLessEqual(np.abs(a - b).max(), tolerance * size, key)
+        for key in ("steps", "lcps", "windows", "iterations"):
+            self.assertEqual(one.cost[key], many.cost[key], key)
+
+    def certificates_agree(self, one, many):
+        a, b = one.summary["certificate"], many.summary["certificate"]
+        size = {"ode_defect": "ode_scale", "drift_of_rows": None}
+        for key, value in b.items():
+            scale = a.get(size.get(key, "lcp_scale") or "", 1)
+            self.assertLessEqual(abs(value - a[key]), 1e-9 * max(scale, 1), key)
+
+    def steps_agree(self, problem, *options, ranks=RANKS):
+        """Iterative steps with the active sets of one process, and Krylov counts that ranks do not change."""
+        options = [*options, "--no-estimate-error"]
+        one = solve(problem, *options)
+        self.assertGreater(np.abs(one.trajectory["y"]).max(), 0)
+        iterations = []
+        for count in ranks:
+            with self.subTest(problem=problem, ranks=count):
+                many = solve_on(count, problem, *options)
+                self.agree(one, many)
+                self.certificates_agree(one, many)
+                self.assertEqual(many.propagator["used"], "PROPAGATOR_KIND_ITERATIVE_STEPPING")
+                active = [(result.trajectory["y"] > 0) for result in (one, many)]
+                self.assertTrue((active[0] == active[1]).all())
+                iterations.append(int(many.propagator["linear_iterations"]))
+                self.assertEqual(one.propagator["set_changes"], many.propagator["set_changes"])
+        self.assertLessEqual(max(iterations), 1.2 * min(iterations))
+        return one
+
+    # Many pairs.
+
+    def test_implicit_euler_on_a_wall(self):
+        self.steps_agree(wall(12), *ITERATIVE, "--steps", "20", "--at", "0:0.25:1")
+
+    def test_an_obstacle_bounds_states(self):
+        # M = 0: the active set is one of states.
+        membrane = model("membrane", "obstacle", "--cells", "24", "--coefficient", "0.1", "--load", "-4*sin(6*t)")
+        self.steps_agree(membrane, *ITERATIVE, "--steps", "20", "--at", "0:0.25:1")
+
+    def test_two_stages_and_a_mass_matrix(self):
+        with open(wall(12), encoding="utf-8") as opened:
+            problem = json.load(opened)
+        size = len(problem["x0"])
+        entries = [[k, k, 1 + 0.5 * (k % 2)] for k in range(size)]
+        entries += [[k, k + 1, 0.1] for k in range(size - 1)] + [[k + 1, k, 0.1] for k in range(size - 1)]
+        problem["E"] = {"rows": size, "columns": size, "entries": sorted(entries)}
+        file = path("mass.json")
+        with open(file, "w", encoding="utf-8") as opened:
+            json.dump(problem, opened)
+        one = self.steps_agree(file, *TWO_STAGES, "--steps", "20", "--at", "0.5,1")
+        self.assertEqual(int(one.cost["lcps"]), 41)
+
+    def test_systems_that_are_not_symmetric(self):
+        # With convection and a mixed derivative, by GMRES.
+        put = model("put", "american-option", "--cells", "16", "--dimensions", "2", "--correlation", "0.5")
+        self.steps_agree(put, *ITERATIVE, "--steps", "20", "--at", "0.5,1", ranks=(2, 4))
+
+    def test_smooth_intervals_start_alike(self):
+        # g jumps, so y does, and the left limits are kept.
+        with open(wall(8), encoding="utf-8") as opened:
+            problem = json.load(opened)
+        problem["g"] = problem["N"]["rows"] * ["0.1 - 0.5*(t >= 0.3)"]
+        file = path("jump.json")
+        with open(file, "w", encoding="utf-8") as opened:
+            json.dump(problem, opened)
+        one = self.steps_agree(file, *ITERATIVE, "--steps", "20", "--at", "0,0.3,1", ranks=(2,))
+        self.assertTrue(one.document["trajectory"]["left_limits"])
+
+    def test_the_error_is_controlled_alike(self):
+        options = [*ITERATIVE, "--tolerance", "1e-2", "--at", "0,1"]
+        one, two = solve(wall(8), *options), solve_on(2, wall(8), *options)
+        self.agree(one, two, tolerance=1e-9)
+        self.assertAlmostEqual(one.summary["accuracy"]["error"], two.summary["accuracy"]["error"], places=9)
+
+    # Few pairs.
+
+    def contour_agrees(self, problem, *options):
+        options = ["--propagator", "contour", "--no-estimate-error", *options]
+        one = solve(problem, *options)
+        self.assertGreater(np.abs(one.trajectory["y"]).max(), 0)
+        for ranks in RANKS:
+            with self.subTest(problem=problem, ranks=ranks):
+                many = solve_on(ranks, problem, *options)
+                self.assertEqual(many.propagator["used"], "PROPAGATOR_KIND_CONTOUR")
+                self.agree(one, many)
+                self.assertEqual(one.propagator["terms"], many.propagator["terms"])
+                # The blocks that travel are those of one process.
+                self.assertTrue((one.trajectory["y"] == many.trajectory["y"]).all())
+        return one
+
+    def test_windows_with_the_nodes_of_a_contour_shared(self):
+        one = self.contour_agrees(wall(8), "--method", "laplace-iteration", "--steps", "40", "--at", "0:0.25:1")
+        self.assertGreater(one.cost["iterations"], 0)
+
+    def test_steps_with_the_nodes_of_a_contour_shared(self):
+        self.contour_agrees(wall(8), "--method", "exponential-integrator", "--steps", "40", "--at", "0:0.25:1")
+
+    def test_each_node_is_factored_by_one_rank(self):
+        options = ["--propagator", "contour", "--method", "exponential-integrator", "--steps", "40", "--at", "1"]
+        one = solve(wall(8), *options, "--no-estimate-error")
+        two = solve_on(2, wall(8), *options, "--no-estimate-error")
+        self.assertEqual(one.propagator["factorizations"], two.propagator["factorizations"])
+
+    # What is promised.
+
+    def test_the_same_bits_on_the_same_number_of_ranks(self):
+        for options in (ITERATIVE, ["--method", "laplace-iteration", "--propagator", "contour"]):
+            options = [*options, "--steps", "20", "--at", "0:0.25:1", "--no-estimate-error"]
+            first, second = (solve_on(2, wall(8), *options) for _ in range(2))
+            for key in ("x", "y", "w"):
+                self.assertTrue((first.trajectory[key] == second.trajectory[key]).all(), key)
+
+    def test_what_a_rank_sends_in_a_step_does_not_grow_with_the_ranks(self):
+        # Columns of heat of the same size for each rank, one on the other.
+        most = {}
+        for ranks in (2, 4, 8):
+            options = [*ITERATIVE, "--steps", "20", "--at", "1", "--no-estimate-error"]
+            many = solve_on(ranks, column(8, 8 * ranks), *options, own=["--volume"])
+            of_ranks = re.findall(r"sent \d+ messages with (\d+) bytes", many.errors)
+            self.assertEqual(len(of_ranks), ranks, many.errors)
+            most[ranks] = max(map(int, of_ranks)) / int(many.propagator["linear_iterations"])
+        # A rank in the middle has two neighbors, at the end one; coarse levels add what they add.
+        self.assertLess(most[8], 1.25 * most[4])
+        self.assertLess(most[4], 2.5 * most[2])
+
+    # Worlds.
+
+    def refused(self, command, *words, code=2):
+        done = run(command)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        for word in words:
+            self.assertIn(word, done.stderr)
+
+    def test_worlds_of_another_size_are_refused(self):
+        solve_it = [str(DLCS_MPI), "solve", wall(8), "--steps", "4"]
+        self.refused([*LAUNCHER, "-n", "2", str(DLCS_MPI), "--ranks", "3", *solve_it[1:]], "2 ranks", "3 were promised")
+        self.refused(["env", "DLCS_MPI_RANKS=4", *LAUNCHER, "-n", "2", *solve_it], "2 ranks", "4 were promised")
+        # A launcher that does not speak this MPI starts worlds of one rank.
+        self.refused(["env", "SLURM_STEP_NUM_TASKS=8", *solve_it], "1 rank", "SLURM_STEP_NUM_TASKS = 8", "pmix")
+        self.refused(["env", "PMI_SIZE=2", *solve_it], "1 rank", "PMI_SIZE = 2")
+
+    def test_bad_arguments_are_refused(self):
+        two = [*LAUNCHER, "-n", "2", str(DLCS_MPI)]
+        self.refused([*two, "--ranks", "two", "solve", wall(8)], "--ranks two")
+        self.refused([*two, "--rank", "2", "solve", wall(8)], "--rank:")
+        self.refused([*two, "analyze", wall(8)], "analyze: no command")
+        self.refused([*two, "solve", "-"], "standard input")
+        self.refused([*two, "solve", wall(8), "--server", "localhost:1"], "--server")
+        self.refused([*two, "solve", path("none.json")], "none.json")
+
+    def test_ranks_with_other_problems_are_refused(self):
+        each = [str(DLCS_MPI), "solve"]
+        options = [*ITERATIVE, "--steps", "4"]
+        both = [*LAUNCHER, "-n", "1", *each, wall(8), *options, ":", "-n", "1", *each, wall(8, "2"), *options]
+        self.refused(both, "different problems: x0 or T", code=3)
+        both = [*LAUNCHER, "-n", "1", *each, wall(8), *options, ":", "-n", "1", *each, wall(12), *options]
+        self.refused(both, "different problems: A", code=3)
+
+    def test_a_rank_that_cannot_read_ends_the_others(self):
+        each, options = [str(DLCS_MPI), "solve"], [*ITERATIVE, "--steps", "4"]
+        both = [*LAUNCHER, "-n", "1", *each, wall(8), *options, ":", "-n", "1", *each, path("none.json"), *options]
+        self.refused(both, "rank 1 failed where others did not", "none.json")
+
+    def test_work_that_is_not_shared_is_named(self):
+        example = str(PROJECT / "deploy/examples/rectifier.json")
+        done = run([*LAUNCHER, "-n", "2", str(DLCS_MPI), "solve", example])
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("every rank did the same work", done.stderr)
+        self.assertEqual(done.stdout.count("Certificate"), 1)
+
+    def test_a_rank_that_dies_ends_the_solve(self):
+        output = path("never.json")
+        command = [*LAUNCHER, "-n", "2", str(DLCS_MPI), "solve", wall(12), *ITERATIVE, "--steps", "100000", "--at", "1"]
+        with subprocess.Popen([*command, "--output", output], stderr=subprocess.PIPE, text=True, env=ENVIRONMENT,
+                              start_new_session=True) as launcher:
+            ranks = []
+            until = time.monotonic() + 60
+            while len(ranks) < 2 and time.monotonic() < until:
+                time.sleep(0.2)
+                ranks = children_of(launcher.pid)
+            self.assertEqual(len(ranks), 2)
+            time.sleep(2)  # into the steps
+            os.kill(ranks[-1], signal.SIGKILL)
+            _, errors = launcher.communicate(timeout=60)
+        self.assertNotEqual(launcher.returncode, 0)
+        self.assertIn("signal 9", errors)
+        self.assertFalse(os.path.exists(output))
+
+
+def children_of(process):
+    """The processes of dlcs-mpi that a launcher started."""
+    found = []
+    for folder in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            parent = int((folder / "stat").read_text().rsplit(")", 1)[1].split()[1])
+            name = (folder / "comm").read_text().strip()
+        except (OSError, ValueError):
+            continue
+        if parent == process and name == "dlcs-mpi":
+            found.append(int(folder.name))
+    return sorted(found)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
