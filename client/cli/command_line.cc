@@ -63,8 +63,8 @@ void AddEnsemble(CLI::App& main, EnsembleCommand& command) {
   CLI::App& app = *main.add_subcommand("ensemble", "Solve a system for many initial states, sources or horizons");
   AddSolveOptions(app, command.solve);
   app.add_option("MEMBERS", command.members_path,
-                 "JSON file with what each member replaces in the problem, or a table of initial states")
-      ->required()
+                 "JSON file with what each member replaces in the problem, or a table of initial states; without it "
+                 "the points of .step in a deck")
       ->type_name("FILE");
   AddFormatAndOutput(app, {"table", "json", "csv"}, command.solve.format,
                      "One line for each member (table); as they finish: JSON lines, or CSV", command.solve.output,
@@ -127,15 +127,16 @@ void AddPlot(CLI::App& main, PlotCommand& command) {
 // How a deck is read.
 void AddDeckOptions(CLI::App& app, DeckOptions& options) {
   AddWord<DiodeRule>(
-      app, "--diode", {"tangent", "ideal"},
+      app, "--diode", {"tangent", "pwl", "ideal"},
       [](const std::string& word) {
         return word == "tangent" ? std::optional(DiodeRule::kTangent)
+               : word == "pwl"   ? std::optional(DiodeRule::kPiecewise)
                : word == "ideal" ? std::optional(DiodeRule::kIdeal)
                                  : std::nullopt;
       },
       [&options](DiodeRule rule) { options.diode = rule; },
-      "What a diode with IS, N and RS becomes: the tangent to its exponential at --diode-current, or an ideal diode "
-      "(tangent)");
+      "What a diode with IS, N and RS becomes: the tangent to its exponential at --diode-current, three chords from a "
+      "hundredth to ten times that current (pwl), or an ideal diode (tangent)");
   AddNumber(
       app, "--diode-current", "AMPERES", Positive(), [&options](double value) { options.diode_current = value; },
       "The current at which the tangent touches (1)");

@@ -31,7 +31,7 @@ using nlohmann::ordered_json;
 const std::vector<std::string>& ProblemKeys() {
   static const std::vector<std::string> keys = {
       "A",          "B",      "N",    "M",        "x0",           "T",   "f", "g", "states", "pairs",
-      "parameters", "pieces", "rule", "selector", "break_points", "kind", "E", "outputs", "measurements"};
+      "parameters", "pieces", "rule", "selector", "break_points", "kind", "E", "outputs", "measurements", "y0"};
   return keys;
 }
 
@@ -153,6 +153,7 @@ void ReadLinear(const json& root, const AgreementCheck& agrees, JsonReader& read
   ReadSourcesOnce(root, rows(problem.a()), rows(problem.m()), agrees, reader, problem);
   ReadRuleKeys(root, reader, problem);
   ReadOutputs(root, reader, problem);
+  if (root.contains("y0")) ReadNumbersKey(root, "y0", "", reader, *problem.mutable_y0());
 }
 
 // A list of formulas in t, x1, ... and y1, ...; numbers are allowed as formulas.
@@ -252,6 +253,7 @@ ordered_json ProblemJson(const v1::Problem& problem) {
     file["selector"] = {{"C", MatrixJson(problem.selector().c())}, {"b", problem.selector().b()}};
   }
   WriteOutputs(problem, file);
+  if (!problem.y0().empty()) file["y0"] = problem.y0();
   return file;
 }
 

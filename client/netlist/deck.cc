@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <utility>
 
 #include "client/netlist/deck_circuit.h"
@@ -22,14 +23,20 @@ namespace {
 class DeckReader {
  public:
   DeckReader(const DeckText& text, const DeckParts& parts, const DeckOptions& options)
-      : parts_(parts), notes_(text.notes), circuit_(parts_, options, notes_) {
+      : parts_(parts), parameters_(options.parameters), notes_(text.notes), circuit_(parts_, options, notes_) {
     deck_.title = text.title;
     for (const std::string& note : parts.notes) notes_.Add(note);
   }
 
   absl::StatusOr<Deck> Read() {
     ParameterScope global;
-    if (absl::Status status = DefineParameters(parts_.top.parameters, {}, global); !status.ok()) return status;
+    std::set<std::string> given;
+    for (const auto& [name, value] : parameters_) {
+      global.DefineValue(name, value);
+      given.insert(name);
+    }
+    if (absl::Status status = DefineParameters(parts_.top.parameters, given, global); !status.ok()) return status;
+    if (absl::Status status = ReadSteps(global); !status.ok()) return status;
     if (absl::Status status = ReadAnalysis(global); !status.ok()) return status;
     if (absl::Status status = circuit_.AddAll(global, deck_.output_step, stop_); !status.ok()) return status;
     if (absl::Status status = ReadInitialConditions(global); !status.ok()) return status;
@@ -45,6 +52,22 @@ class DeckReader {
   }
 
  private:
+  // A parameter that the deck does not define has the first value of its .step.
+  absl::Status ReadSteps(ParameterScope& scope) {
+    for (const DeckLine* line : parts_.steps) {
+      auto step = ReadStep(*line, scope, notes_);
+      if (!step.ok()) return step.status();
+      for (const ParameterStep& other : deck_.steps) {
+        if (other.name == step->name) {
+          return DeckError(line->Place(), fmt::format("{} is stepped twice", step->shown));
+        }
+      }
+      scope.DefineValue(step->name, step->values.front());
+      deck_.steps.push_back(*std::move(step));
+    }
+    return absl::OkStatus();
+  }
+
   absl::Status ReadAnalysis(ParameterScope& scope) {
     if (parts_.tran == nullptr)
       return absl::InvalidArgumentError("the deck has no .tran, which says how long to solve");
@@ -55,6 +78,9 @@ class DeckReader {
       if (lower == "uic") {
         circuit_.circuit().uses_initial_conditions = true;
         continue;
+      }
+      if (lower == "startup" || lower == "steady" || lower == "nodiscard" || lower == "step") {
+        return DeckError(parts_.tran->Place(word.offset), fmt::format("{} of .tran is not supported", word.text));
       }
       const auto value = ValueOf(*parts_.tran, word, scope, notes_);
       if (!value.ok()) return value.status();
@@ -120,6 +146,7 @@ class DeckReader {
   }
 
   const DeckParts& parts_;
+  const std::map<std::string, double> parameters_;
   DeckNotes notes_;
   DeckCircuit circuit_;
   Deck deck_;

@@ -92,9 +92,7 @@ absl::Status DeckCircuit::AddElement(const DeckLine& line, const Instance& insta
   auto read = FieldsOf(line);
   if (!read.ok()) return read.status();
   const DeckFields& fields = *read;
-  if (circuit_.elements.size() >= kMaxElements) {
-    return DeckError(line.Place(), fmt::format("more than {} elements after expansion", kMaxElements));
-  }
+  if (absl::Status status = CheckCount(fields); !status.ok()) return status;
   Element element;
   element.name = instance.prefix + fields.words[0].text;
   element.place = line.Place();
@@ -115,7 +113,7 @@ absl::Status DeckCircuit::AddElement(const DeckLine& line, const Instance& insta
     case 'h':
       return AddControlled(fields, instance, std::move(element), kind);
     case 'b':
-      return AddBehavioral(fields, instance, element);
+      return AddBehavioral(fields, instance, std::move(element));
     case 'd':
       return AddDiode(fields, instance, std::move(element));
     case 's':
@@ -126,6 +124,11 @@ absl::Status DeckCircuit::AddElement(const DeckLine& line, const Instance& insta
     default:
       return DeckError(fields.Place(0), NotSupported(fields.words[0].text, kind));
   }
+}
+
+absl::Status DeckCircuit::CheckCount(const DeckFields& fields) const {
+  if (circuit_.elements.size() < kMaxElements) return absl::OkStatus();
+  return DeckError(fields.line->Place(), fmt::format("more than {} elements after expansion", kMaxElements));
 }
 
 absl::Status DeckCircuit::Store(Element element, const DeckFields& fields) {
@@ -139,10 +142,9 @@ absl::Status DeckCircuit::Store(Element element, const DeckFields& fields) {
   return absl::OkStatus();
 }
 
-// The element stored next is controlled by the current of the voltage source in word `k`.
-void DeckCircuit::PendControl(const Instance& instance, const DeckFields& fields, std::size_t k) {
-  pending_controls_.push_back(
-      {static_cast<Index>(circuit_.elements.size()), instance.prefix + fields.words[k].text, fields.Place(k)});
+void DeckCircuit::PendControl(const Instance& instance, const DeckFields& fields, std::size_t k, double factor) {
+  pending_controls_.push_back({static_cast<Index>(circuit_.elements.size()), factor,
+                               instance.prefix + fields.words[k].text, fields.Place(k), /*by_any=*/false});
 }
 
 absl::Status DeckCircuit::AddInstance(const DeckFields& fields, const Instance& instance) {
@@ -214,12 +216,16 @@ absl::StatusOr<std::set<std::string>> DeckCircuit::GiveParameters(const DeckFiel
 absl::Status DeckCircuit::ResolveControls() {
   for (const PendingControl& control : pending_controls_) {
     const Index element = ElementNamed(Lower(control.name));
-    if (element < 0 || circuit_.elements[AsSize(element)].kind != ElementKind::kVoltageSource) {
+    if (element < 0 && control.by_any) {
+      return DeckError(control.place, fmt::format("{}: there is no element {}, whose current it takes",
+                                                  circuit_.elements[AsSize(control.element)].name, control.name));
+    }
+    if (!control.by_any && (element < 0 || circuit_.elements[AsSize(element)].kind != ElementKind::kVoltageSource)) {
       return DeckError(control.place,
                        fmt::format("{}: \"{}\" is no voltage source; a current is measured in one (0 V will do)",
                                    circuit_.elements[AsSize(control.element)].name, control.name));
     }
-    circuit_.elements[AsSize(control.element)].control_element = element;
+    circuit_.elements[AsSize(control.element)].controls.push_back({.factor = control.factor, .element = element});
   }
   return absl::OkStatus();
 }
@@ -242,11 +248,10 @@ absl::Status DeckCircuit::ResolveCouplings() {
       return DeckError(coupling.one_place,
                        fmt::format("{}: {} and {} are coupled twice", coupling.name, coupling.one, coupling.other));
     }
-    if (!(std::abs(coupling.value) < 1) || coupling.value == 0) {
-      return DeckError(coupling.value_place,
-                       fmt::format("{}: a coupling of {:g}; must be between 0 and 1, without both. 1 is not supported: "
-                                   "0.9999 leaves a leakage",
-                                   coupling.name, coupling.value));
+    if (!(std::abs(coupling.value) <= 1) || coupling.value == 0) {
+      return DeckError(
+          coupling.value_place,
+          fmt::format("{}: a coupling of {:g}; must be above 0 and at most 1 in size", coupling.name, coupling.value));
     }
     circuit_.couplings.push_back({coupling.name, one, other, coupling.value});
   }

@@ -53,7 +53,9 @@ class DeckCircuit {
   // used before they are defined.
   struct PendingControl {
     Index element;
+    double factor;
     std::string name, place;
+    bool by_any;  // by any element, not only by a voltage source
   };
   struct PendingCoupling {
     std::string name, one, other;
@@ -69,8 +71,10 @@ class DeckCircuit {
   Index NodeOf(const Instance& instance, const std::string& name);
   absl::Status Expand(const Instance& instance);
   absl::Status AddElement(const DeckLine& line, const Instance& instance);
+  absl::Status CheckCount(const DeckFields& fields) const;
   absl::Status Store(Element element, const DeckFields& fields);
-  void PendControl(const Instance& instance, const DeckFields& fields, std::size_t k);
+  // The element stored next is controlled by factor times the current of the voltage source in word `k`.
+  void PendControl(const Instance& instance, const DeckFields& fields, std::size_t k, double factor);
   absl::Status AddInstance(const DeckFields& fields, const Instance& instance);
   absl::StatusOr<std::set<std::string>> GiveParameters(const DeckFields& fields, const Instance& instance,
                                                        const DeckSubcircuit& subcircuit, ParameterScope& scope);
@@ -79,18 +83,29 @@ class DeckCircuit {
 
   // deck_elements.cc
   absl::Status AddPassive(const DeckFields& fields, const Instance& instance, Element element, char kind);
+  void AddRatings(const DeckFields& fields, char kind, std::set<std::string>& known);
+  absl::Status AddParasitics(const DeckFields& fields, const Instance& instance, Element& element);
   absl::Status AddCoupling(const DeckFields& fields, const Instance& instance);
   absl::Status AddSource(const DeckFields& fields, const Instance& instance, Element element, char kind);
-  absl::StatusOr<const DeckModel*> ModelOf(const DeckFields& fields, std::size_t k, const Instance& instance,
-                                           const std::set<std::string>& types);
+  struct FoundModel {
+    const DeckModel* model;
+    ParameterScope* scope;  // where it is defined
+  };
+  absl::StatusOr<FoundModel> ModelOf(const DeckFields& fields, std::size_t k, const Instance& instance,
+                                     const std::set<std::string>& types);
   absl::Status AddDiode(const DeckFields& fields, const Instance& instance, Element element);
   absl::Status AddSwitch(const DeckFields& fields, const Instance& instance, Element element, char kind);
 
   // deck_controlled.cc
   absl::Status AddControlled(const DeckFields& fields, const Instance& instance, Element element, char kind);
-  absl::Status AddBehavioral(const DeckFields& fields, const Instance& instance, const Element& element);
-  absl::Status AddLinear(const DeckFields& fields, const Instance& instance, const Element& whole, bool is_voltage,
-                         const LinearValue& value, std::size_t offset);
+  absl::Status AddBehavioral(const DeckFields& fields, const Instance& instance, Element element);
+  absl::Status AddPolynomial(const DeckFields& fields, const Instance& instance, Element element, bool by_voltage);
+  absl::Status AddTable(const DeckFields& fields, const Instance& instance, Element element);
+  absl::StatusOr<LinearValue> LinearOf(const DeckFields& fields, const Instance& instance, const DeckWord& word,
+                                       const Element& whole);
+  // Gives `element`, which is stored next, the controls and the constant of `value`.
+  void SetControls(const DeckFields& fields, const Instance& instance, const LinearValue& value, std::size_t offset,
+                   Element& element);
 
   const DeckParts& parts_;
   const DeckOptions options_;

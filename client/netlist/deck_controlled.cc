@@ -2,51 +2,162 @@
 // Controlled sources: E F G H, and B with its expressions.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "client/netlist/deck_circuit.h"
 
 namespace dlcs::client {
+namespace {
+
+// Words without parentheses, from `begin` on.
+std::vector<DeckWord> WithoutParentheses(const std::vector<DeckWord>& words, std::size_t begin) {
+  std::vector<DeckWord> kept;
+  for (std::size_t k = begin; k < words.size(); ++k) {
+    if (words[k].text != "(" && words[k].text != ")") kept.push_back(words[k]);
+  }
+  return kept;
+}
+
+}  // namespace
 
 absl::Status DeckCircuit::AddControlled(const DeckFields& fields, const Instance& instance, Element element,
                                         char kind) {
   const bool by_voltage = kind == 'e' || kind == 'g';
-  element.kind = kind == 'e'   ? ElementKind::kVcvs
-                 : kind == 'g' ? ElementKind::kVccs
-                 : kind == 'h' ? ElementKind::kCcvs
-                               : ElementKind::kCccs;
+  element.kind = kind == 'e' || kind == 'h' ? ElementKind::kControlledVoltage : ElementKind::kControlledCurrent;
   const char* form = by_voltage ? "ENAME NODE NODE CONTROL+ CONTROL- GAIN" : "FNAME NODE NODE VNAME GAIN";
   if (absl::Status status = NeedWords(fields, 3, form); !status.ok()) return status;
   const std::string next = fields.words.size() > 3 ? Lower(fields.words[3].text) : "";
-  if (fields.named.contains("value") || fields.named.contains("cur") || fields.named.contains("vol")) {
-    return AddBehavioral(fields, instance, element);
-  }
-  if (next == "poly" || next == "table" || next == "laplace" || next == "value" || next == "cur" || next == "vol") {
-    return DeckError(fields.Place(3),
-                     fmt::format("{}: {} is not supported; linear gains, and expressions VALUE={{...}} "
-                                 "that are linear, are",
-                                 fields.words[0].text, fields.words[3].text));
-  }
-  if (absl::Status status = NeedWords(fields, by_voltage ? 6 : 5, form); !status.ok()) return status;
+  const bool has_expression = fields.named.contains("value") || fields.named.contains("cur") ||
+                              fields.named.contains("vol") || next == "value" || next == "cur" || next == "vol";
+  if (by_voltage && has_expression) return AddBehavioral(fields, instance, std::move(element));
   element.plus = NodeOf(instance, fields.words[1].text);
   element.minus = NodeOf(instance, fields.words[2].text);
-  const std::size_t gain = by_voltage ? 5 : 4;
-  const auto value = Value(fields, fields.words[gain], instance);
-  if (!value.ok()) return value.status();
-  element.value = *value;
-  if (by_voltage) {
-    element.control_plus = NodeOf(instance, fields.words[3].text);
-    element.control_minus = NodeOf(instance, fields.words[4].text);
-  } else {
-    PendControl(instance, fields, 3);
+  if (next == "poly") return AddPolynomial(fields, instance, std::move(element), by_voltage);
+  const bool has_table = next == "table" || fields.named.contains("table") ||
+                         (fields.words.size() > 5 && Lower(fields.words[5].text) == "table");
+  if (by_voltage && has_table) return AddTable(fields, instance, std::move(element));
+  if (next == "laplace" || next == "freq") {
+    return DeckError(fields.Place(3),
+                     fmt::format("{}: {} is not supported", fields.words[0].text, fields.words[3].text));
   }
-  if (absl::Status status = RefuseRest(fields, gain + 1, {}); !status.ok()) return status;
+  // The controlling nodes may stand in parentheses.
+  DeckFields plain = fields;
+  plain.words = WithoutParentheses(fields.words, 0);
+  if (absl::Status status = NeedWords(plain, by_voltage ? 6 : 5, form); !status.ok()) return status;
+  const std::size_t gain = by_voltage ? 5 : 4;
+  const auto value = Value(plain, plain.words[gain], instance);
+  if (!value.ok()) return value.status();
+  if (by_voltage) {
+    element.controls = {{.factor = *value,
+                         .plus = NodeOf(instance, plain.words[3].text),
+                         .minus = NodeOf(instance, plain.words[4].text)}};
+  } else {
+    PendControl(instance, plain, 3, *value);
+  }
+  if (absl::Status status = RefuseRest(plain, gain + 1, {}); !status.ok()) return status;
   return Store(std::move(element), fields);
 }
 
-// A linear expression of voltages and currents: a chain of controlled sources (in series for a voltage, in parallel
-// for a current).
-absl::Status DeckCircuit::AddBehavioral(const DeckFields& fields, const Instance& instance, const Element& element) {
+// POLY(n), n controls, and the coefficients of 1 and of the controls; those of products must be 0.
+absl::Status DeckCircuit::AddPolynomial(const DeckFields& fields, const Instance& instance, Element element,
+                                        bool by_voltage) {
+  DeckFields plain = fields;
+  plain.words = WithoutParentheses(fields.words, 4);
+  const std::size_t width = by_voltage ? 2 : 1;
+  double count = 0;
+  if (!plain.words.empty()) {
+    const auto given = Value(plain, plain.words[0], instance);
+    if (!given.ok()) return given.status();
+    count = *given;
+  }
+  if (!(count >= 1) || count > 64 || count != static_cast<double>(static_cast<std::size_t>(count)) ||
+      plain.words.size() < 2 + width * static_cast<std::size_t>(count)) {
+    return DeckError(fields.Place(3),
+                     fmt::format("{}: expected POLY(n), n controls and coefficients, as in POLY(1) {} 0 2",
+                                 fields.words[0].text, by_voltage ? "a b" : "V1"));
+  }
+  const auto controls = static_cast<std::size_t>(count), first = 1 + width * controls;
+  std::vector<double> coefficients;
+  for (std::size_t k = first; k < plain.words.size(); ++k) {
+    const auto value = Value(plain, plain.words[k], instance);
+    if (!value.ok()) return value.status();
+    coefficients.push_back(*value);
+    if (k - first > controls && *value != 0) {
+      return DeckError(plain.Place(k),
+                       fmt::format("{}: a polynomial with powers or products is not linear, and not supported",
+                                   fields.words[0].text));
+    }
+  }
+  // One coefficient alone of one control is its gain.
+  if (controls == 1 && coefficients.size() == 1) coefficients.insert(coefficients.begin(), 0.0);
+  coefficients.resize(controls + 1);
+  element.value = coefficients[0];
+  for (std::size_t k = 0; k < controls; ++k) {
+    if (by_voltage) {
+      element.controls.push_back({.factor = coefficients[k + 1],
+                                  .plus = NodeOf(instance, plain.words[1 + 2 * k].text),
+                                  .minus = NodeOf(instance, plain.words[2 + 2 * k].text)});
+    } else {
+      PendControl(instance, plain, 1 + k, coefficients[k + 1]);
+    }
+  }
+  for (const auto& [name, word] : fields.named) {
+    return DeckError(fields.line->Place(word.offset),
+                     fmt::format("{}: {}={} is not supported", fields.words[0].text, name, word.text));
+  }
+  return Store(std::move(element), fields);
+}
+
+// TABLE {expression} = (x, y) (x, y) ..., or CONTROL+ CONTROL- TABLE = (x, y, x, y, ...): lines between the points, and
+// constant beyond them.
+absl::Status DeckCircuit::AddTable(const DeckFields& fields, const Instance& instance, Element element) {
+  const std::string& name = fields.words[0].text;
+  const std::string_view text = fields.line->text;
+  const std::string lower = Lower(text);
+  // Behind the word itself the line is read anew: "=" would pair words.
+  const std::vector<DeckWord> words = WithoutParentheses(WordsOf(*fields.line), 0);
+  const auto table =
+      std::find_if(words.begin(), words.end(), [](const DeckWord& word) { return Lower(word.text) == "table"; });
+  auto at = table + 1;
+  const auto is_equals = [](const DeckWord& word) { return word.text == "=" && !word.is_expression; };
+  LinearValue argument;
+  const std::size_t place = table->offset;
+  if (table - words.begin() == 5) {
+    element.controls = {{.plus = NodeOf(instance, words[3].text), .minus = NodeOf(instance, words[4].text)}};
+  } else if (table - words.begin() == 3) {
+    if (at != words.end() && is_equals(*at)) ++at;
+    if (at == words.end() || !at->is_expression) {
+      return DeckError(fields.line->Place(place), fmt::format("{}: TABLE needs an expression in braces", name));
+    }
+    const auto value = LinearOf(fields, instance, *at, element);
+    if (!value.ok()) return value.status();
+    SetControls(fields, instance, *value, at->offset, element);
+    ++at;
+  } else {
+    return DeckError(fields.line->Place(place), fmt::format("{}: TABLE is not expected here", name));
+  }
+  if (at != words.end() && is_equals(*at)) ++at;
+  PiecewiseLinear transfer;
+  for (bool is_x = true; at != words.end(); ++at, is_x = !is_x) {
+    const auto value = Value(fields, *at, instance);
+    if (!value.ok()) return value.status();
+    (is_x ? transfer.x : transfer.y).push_back(*value);
+  }
+  if (transfer.x.size() < 2 || transfer.x.size() != transfer.y.size()) {
+    return DeckError(fields.line->Place(place), fmt::format("{}: TABLE takes at least two pairs of numbers", name));
+  }
+  if (!std::is_sorted(transfer.x.begin(), transfer.x.end())) {
+    return DeckError(fields.line->Place(place),
+                     fmt::format("{}: the points of TABLE must be in increasing order", name));
+  }
+  element.transfer = std::move(transfer);
+  return Store(std::move(element), fields);
+}
+
+// A piecewise linear expression of voltages and currents.
+absl::Status DeckCircuit::AddBehavioral(const DeckFields& fields, const Instance& instance, Element element) {
   if (absl::Status status = NeedWords(fields, 3, "BNAME NODE NODE V={...} or I={...}"); !status.ok()) return status;
   const char kind = Lower(fields.words[0].text)[0];
   const DeckWord* expression = nullptr;
@@ -62,57 +173,76 @@ absl::Status DeckCircuit::AddBehavioral(const DeckFields& fields, const Instance
     expression = &word;
     if (kind == 'b') is_voltage = name == "v";
   }
-  if (expression == nullptr || fields.words.size() > 3) {
+  // VALUE {...}
+  const bool without_equals =
+      kind != 'b' && expression == nullptr && fields.words.size() == 5 && fields.words[4].is_expression;
+  if (without_equals) expression = &fields.words[4];
+  if (expression == nullptr || fields.words.size() > (without_equals ? 5 : 3)) {
     return DeckError(fields.line->Place(), fmt::format("{} is written {} with an expression in braces",
                                                        fields.words[0].text, "BNAME NODE NODE V={...} or I={...}"));
   }
-  const auto value = instance.scope->EvaluateLinear(expression->text);
-  if (!value.ok()) {
-    return DeckError(fields.line->Place(expression->offset),
-                     fmt::format("{}: {}", fields.words[0].text, std::string(value.status().message())));
+  element.kind = is_voltage ? ElementKind::kControlledVoltage : ElementKind::kControlledCurrent;
+  element.plus = NodeOf(instance, fields.words[1].text);
+  element.minus = NodeOf(instance, fields.words[2].text);
+  const auto value = LinearOf(fields, instance, *expression, element);
+  if (!value.ok()) return value.status();
+  if (value->factors.empty()) {
+    element.kind = is_voltage ? ElementKind::kVoltageSource : ElementKind::kCurrentSource;
+    element.source = ConstantWave{value->constant};
+  } else {
+    SetControls(fields, instance, *value, expression->offset, element);
   }
-  return AddLinear(fields, instance, element, is_voltage, *value, expression->offset);
+  return Store(std::move(element), fields);
 }
 
-absl::Status DeckCircuit::AddLinear(const DeckFields& fields, const Instance& instance, const Element& whole,
-                                    bool is_voltage, const LinearValue& value, std::size_t offset) {
-  const Index plus = NodeOf(instance, fields.words[1].text), minus = NodeOf(instance, fields.words[2].text);
-  Index from = plus;
-  std::size_t left = value.factors.size() + 1, number = 0;
-  const auto next = [&](Element& part) {
-    part.name = whole.name + (number == 0 ? "" : fmt::format("#{}", number));
-    part.place = whole.place;
-    part.plus = from;
-    part.minus = minus;
-    if (is_voltage && --left > 0) {
-      part.minus = static_cast<Index>(circuit_.nodes.size());
-      circuit_.nodes.push_back(fmt::format("{}#{}", whole.name, number));
-    }
-    if (is_voltage) from = part.minus;
-    ++number;
-  };
-  for (const auto& [quantity, factor] : value.factors) {
+// The linear part of an expression. Its piecewise linear functions become elements "B1#1", "B1#2", ..., between a node
+// of the same name and ground.
+absl::StatusOr<LinearValue> DeckCircuit::LinearOf(const DeckFields& fields, const Instance& instance,
+                                                  const DeckWord& word, const Element& whole) {
+  absl::Status stored = absl::OkStatus();
+  int number = 0;
+  const auto make = [&](const LinearValue& argument, const PiecewiseLinear& function) {
     Element part;
-    next(part);
-    part.value = factor;
-    const std::string inside = quantity.substr(2, quantity.size() - 3);
-    if (quantity[0] == 'v') {
-      part.kind = is_voltage ? ElementKind::kVcvs : ElementKind::kVccs;
-      const std::size_t comma = inside.find(',');
-      part.control_plus = NodeOf(instance, inside.substr(0, comma));
-      part.control_minus = comma == std::string::npos ? 0 : NodeOf(instance, inside.substr(comma + 1));
-    } else {
-      part.kind = is_voltage ? ElementKind::kCcvs : ElementKind::kCccs;
-      pending_controls_.push_back(
-          {static_cast<Index>(circuit_.elements.size()), instance.prefix + inside, fields.line->Place(offset)});
+    part.name = fmt::format("{}#{}", whole.name, ++number);
+    part.place = whole.place;
+    part.kind = ElementKind::kControlledVoltage;
+    part.plus = static_cast<Index>(circuit_.nodes.size());
+    circuit_.nodes.push_back(part.name);
+    part.transfer = function;
+    std::string quantity = fmt::format("v( {})", part.plus) /* no name has a blank */;
+    SetControls(fields, instance, argument, word.offset, part);
+    if (absl::Status status = CheckCount(fields); !status.ok()) {
+      stored.Update(status);
+      return quantity;
     }
-    if (absl::Status status = Store(std::move(part), fields); !status.ok()) return status;
+    stored.Update(Store(std::move(part), fields));
+    return quantity;
+  };
+  auto value = instance.scope->EvaluateLinear(word.text, make);
+  if (!stored.ok()) return stored;
+  if (value.ok()) return value;
+  return DeckError(fields.line->Place(word.offset),
+                   fmt::format("{}: {}", fields.words[0].text, std::string(value.status().message())));
+}
+
+void DeckCircuit::SetControls(const DeckFields& fields, const Instance& instance, const LinearValue& value,
+                              std::size_t offset, Element& element) {
+  element.value = value.constant;
+  for (const auto& [quantity, factor] : value.factors) {
+    const std::string inside = quantity.substr(2, quantity.size() - 3);
+    if (quantity[0] == 'i') {
+      pending_controls_.push_back({static_cast<Index>(circuit_.elements.size()), factor, instance.prefix + inside,
+                                   fields.line->Place(offset), /*by_any=*/true});
+    } else if (inside.starts_with(' ')) {
+      element.controls.push_back({.factor = factor, .plus = static_cast<Index>(std::stol(inside.substr(1)))});
+    } else {
+      const std::size_t comma = inside.find(',');
+      element.controls.push_back(
+          {.factor = factor,
+           .plus = NodeOf(instance, inside.substr(0, comma)),
+           .minus = comma == std::string::npos ? 0 : NodeOf(instance, inside.substr(comma + 1))});
+    }
   }
-  Element part;
-  next(part);
-  part.kind = is_voltage ? ElementKind::kVoltageSource : ElementKind::kCurrentSource;
-  part.source = ConstantWave{value.constant};
-  return Store(std::move(part), fields);
 }
 
 }  // namespace dlcs::client

@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <cctype>
+#include <map>
+#include <string_view>
 #include <utility>
 
 #include "client/netlist/deck_circuit.h"
@@ -29,7 +31,9 @@ absl::Status DeckCircuit::AddPassive(const DeckFields& fields, const Instance& i
                      fmt::format("{} has a value of {:g}; must be above 0{}", element.name, element.value,
                                  kind == 'r' ? " (a voltage source of 0 V is a short)" : ""));
   }
-  std::set<std::string> known = {key};
+  std::set<std::string> known = {key, "rser", "rpar", "lser", "cpar"};
+  if (kind == 'r') known = {key};
+  AddRatings(fields, kind, known);
   if (kind != 'r') {
     known.insert("ic");
     if (const auto ic = fields.named.find("ic"); ic != fields.named.end()) {
@@ -39,7 +43,55 @@ absl::Status DeckCircuit::AddPassive(const DeckFields& fields, const Instance& i
     }
   }
   if (absl::Status status = RefuseRest(fields, by_name ? 3 : 4, known); !status.ok()) return status;
+  if (absl::Status status = AddParasitics(fields, instance, element); !status.ok()) return status;
   return Store(std::move(element), fields);
+}
+
+// What parts of LTspice say about themselves has no effect.
+void DeckCircuit::AddRatings(const DeckFields& fields, char kind, std::set<std::string>& known) {
+  static const std::map<char, std::set<std::string>> kRatings = {
+      {'r', {"tol", "pwr", "mfg", "pn", "type"}},
+      {'c', {"v", "irms", "mtbf", "mfg", "pn", "type", "pppkg", "x2"}},
+      {'l', {"ipk", "irms", "mfg", "pn", "type"}}};
+  for (const std::string& rating : kRatings.at(kind)) {
+    if (!fields.named.contains(rating)) continue;
+    known.insert(rating);
+    notes_.Add(fmt::format("{}: {}: {} is ignored", fields.line->Place(), fields.words[0].text, rating));
+  }
+}
+
+// Resistances in series and in parallel, as LTspice has them.
+absl::Status DeckCircuit::AddParasitics(const DeckFields& fields, const Instance& instance, Element& element) {
+  std::map<std::string, double> values;
+  for (const char* name : {"rser", "rpar", "lser", "cpar"}) {
+    const auto given = fields.named.find(name);
+    if (given == fields.named.end()) continue;
+    const auto value = Value(fields, given->second, instance);
+    if (!value.ok()) return value.status();
+    const bool is_supported = *value == 0 || (std::string_view(name).starts_with('r') && *value > 0);
+    if (!is_supported || (values.contains("rser") && *value != 0)) {
+      return DeckError(fields.line->Place(given->second.offset),
+                       fmt::format("{}: {}={} is not supported here; write it as an element", fields.words[0].text,
+                                   name, given->second.text));
+    }
+    if (*value != 0) values[name] = *value;
+  }
+  for (const auto& [name, ohms] : values) {
+    Element resistor;
+    resistor.name = fmt::format("{}#{}", element.name, name);
+    resistor.place = element.place;
+    resistor.plus = element.plus;
+    resistor.minus = element.minus;
+    resistor.value = ohms;
+    if (name == "rser") {
+      resistor.minus = static_cast<Index>(circuit_.nodes.size());
+      circuit_.nodes.push_back(resistor.name);
+      element.plus = resistor.minus;
+    }
+    if (absl::Status status = CheckCount(fields); !status.ok()) return status;
+    if (absl::Status status = Store(std::move(resistor), fields); !status.ok()) return status;
+  }
+  return absl::OkStatus();
 }
 
 absl::Status DeckCircuit::AddCoupling(const DeckFields& fields, const Instance& instance) {
@@ -89,29 +141,27 @@ absl::Status DeckCircuit::AddSource(const DeckFields& fields, const Instance& in
     if (!has_function) element.source = ConstantWave{*value};
     ++k;
   }
-  if (absl::Status status = RefuseRest(fields, fields.words.size(), {}); !status.ok()) return status;
+  if (absl::Status status = RefuseRest(fields, fields.words.size(), {"rser"}); !status.ok()) return status;
+  if (absl::Status status = AddParasitics(fields, instance, element); !status.ok()) return status;
   if (const std::string fault = FaultOf(element.source); !fault.empty()) {
     return DeckError(fields.line->Place(), fmt::format("{}: {}", element.name, fault));
   }
   return Store(std::move(element), fields);
 }
 
-absl::StatusOr<const DeckModel*> DeckCircuit::ModelOf(const DeckFields& fields, std::size_t k, const Instance& instance,
-                                                      const std::set<std::string>& types) {
-  const DeckModel* model = nullptr;
-  for (const Instance* place = &instance; place != nullptr && model == nullptr; place = place->around) {
+absl::StatusOr<DeckCircuit::FoundModel> DeckCircuit::ModelOf(const DeckFields& fields, std::size_t k,
+                                                             const Instance& instance,
+                                                             const std::set<std::string>& types) {
+  for (const Instance* place = &instance; place != nullptr; place = place->around) {
     const auto found = place->body->models.find(Lower(fields.words[k].text));
-    if (found != place->body->models.end()) model = &found->second;
-  }
-  if (model == nullptr) {
-    return DeckError(fields.Place(k),
-                     fmt::format("{}: there is no .model {}", fields.words[0].text, fields.words[k].text));
-  }
-  if (!types.contains(model->type)) {
+    if (found == place->body->models.end()) continue;
+    const DeckModel& model = found->second;
+    if (types.contains(model.type)) return FoundModel{&model, place->scope};
     return DeckError(fields.Place(k), fmt::format("{}: .model {} is of type {}; must be {}", fields.words[0].text,
-                                                  fields.words[k].text, model->type, fmt::join(types, " or ")));
+                                                  fields.words[k].text, model.type, fmt::join(types, " or ")));
   }
-  return model;
+  return DeckError(fields.Place(k),
+                   fmt::format("{}: there is no .model {}", fields.words[0].text, fields.words[k].text));
 }
 
 absl::Status DeckCircuit::AddDiode(const DeckFields& fields, const Instance& instance, Element element) {
@@ -137,7 +187,7 @@ absl::Status DeckCircuit::AddDiode(const DeckFields& fields, const Instance& ins
     return DeckError(fields.Place(4), fmt::format("{}: an area of {:g}; must be above 0", element.name, area));
   if (fields.words.size() > used && Lower(fields.words[used].text) == "off") ++used;
   if (absl::Status status = RefuseRest(fields, used, {"area"}); !status.ok()) return status;
-  const auto diode = DiodeOf(**model, fields.words[3].text, area, options_, *instance.scope, notes_);
+  const auto diode = DiodeOf(*model->model, fields.words[3].text, area, options_, *model->scope, notes_);
   if (!diode.ok()) return diode.status();
   element.diode = *diode;
   return Store(std::move(element), fields);
@@ -154,14 +204,14 @@ absl::Status DeckCircuit::AddSwitch(const DeckFields& fields, const Instance& in
   element.minus = NodeOf(instance, fields.words[2].text);
   const auto model = ModelOf(fields, at, instance, {by_voltage ? "sw" : "csw"});
   if (!model.ok()) return model.status();
-  const auto switching = SwitchOf(**model, fields.words[at].text, by_voltage, *instance.scope, notes_);
+  const auto switching = SwitchOf(*model->model, fields.words[at].text, by_voltage, *model->scope, notes_);
   if (!switching.ok()) return switching.status();
   element.switching = *switching;
   if (by_voltage) {
-    element.control_plus = NodeOf(instance, fields.words[3].text);
-    element.control_minus = NodeOf(instance, fields.words[4].text);
+    element.controls = {
+        {.plus = NodeOf(instance, fields.words[3].text), .minus = NodeOf(instance, fields.words[4].text)}};
   } else {
-    PendControl(instance, fields, 3);
+    PendControl(instance, fields, 3, 1);
   }
   std::size_t used = at + 1;
   if (fields.words.size() > used) {

@@ -54,6 +54,13 @@ std::string_view Unquoted(std::string_view text) {
   return text;
 }
 
+// LTspice writes the libraries that come with it into every deck with a diode or transistor.
+bool IsStandardLibrary(std::string_view name) {
+  const std::string lower = Lower(name);
+  const std::string file = lower.substr(lower.find_last_of("/\\") + 1);
+  return file == "standard.dio" || file == "standard.bjt" || file == "standard.mos" || file == "standard.jft";
+}
+
 class Splitter {
  public:
   explicit Splitter(std::string folder) : folder_(std::move(folder)) {}
@@ -160,6 +167,10 @@ class Splitter {
     }
     name = Unquoted(name);
     if (name.empty()) return DeckError(line.Place(), "names no file");
+    if (is_library && !section && IsStandardLibrary(name)) {
+      Note(fmt::format("{}: {} is a library of another program, and is not read", line.Place(), name));
+      return absl::OkStatus();
+    }
     if (section && !is_library) return DeckError(line.Place(), fmt::format("\"{}\" after the file name", *section));
     return IncludeFile(line, std::string(name), section);
   }

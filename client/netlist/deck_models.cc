@@ -42,6 +42,28 @@ absl::StatusOr<std::map<std::string, double>> ValuesOf(const DeckModel& model, c
   return values;
 }
 
+// The exponential with a series resistance as lines between points. No current flows up to the voltage of the first.
+DiodeModel ChordsOf(double saturation, double slope, double series, double current) {
+  const auto volts = [&](double amperes) { return slope * std::log1p(amperes / saturation) + series * amperes; };
+  DiodeModel diode;
+  double before = 0, conductance = 0, forward = volts(current / 100);
+  bool is_first = true;
+  for (const double amperes : {current / 10, current, 10 * current}) {
+    const double next = (amperes - before) / (volts(amperes) - forward);
+    if (is_first) {
+      diode.forward = forward;
+      diode.on_resistance = 1 / next;
+    } else if (next > conductance) {
+      diode.further.push_back({forward, 1 / (next - conductance)});
+    }
+    is_first = false;
+    conductance = next;
+    before = amperes;
+    forward = volts(amperes);
+  }
+  return diode;
+}
+
 }  // namespace
 
 absl::StatusOr<DiodeModel> DiodeOf(const DeckModel& model, const std::string& name, double area,
@@ -75,9 +97,15 @@ absl::StatusOr<DiodeModel> DiodeOf(const DeckModel& model, const std::string& na
     if (!(saturation > 0) || !(slope > 0)) {
       return DeckError(model.line->Place(model.offset), fmt::format(".model {}: IS and N must be above 0", name));
     }
-    diode.on_resistance = at("rs", 0) / area + slope / current;
-    diode.forward = std::max(0.0, slope * (std::log(current / saturation) - 1));
-    rule = fmt::format("the tangent at {:g} A", current);
+    const double series = at("rs", 0) / area;
+    if (options.diode == DiodeRule::kPiecewise) {
+      diode = ChordsOf(saturation, slope, series, current);
+      rule = fmt::format("the first of three chords up to {:g} A", 10 * current);
+    } else {
+      diode.on_resistance = series + slope / current;
+      diode.forward = std::max(0.0, slope * (std::log(current / saturation) - 1));
+      rule = fmt::format("the tangent at {:g} A", current);
+    }
   }
   const double breakdown = at("bv", at("vrev", 0));
   if (breakdown > 0 && std::isfinite(breakdown) && options.diode != DiodeRule::kIdeal) {

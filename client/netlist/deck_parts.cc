@@ -87,6 +87,9 @@ class DeckSorter {
     } else if (first == ".ic") {
       if (inside) return DeckError(line.Place(), ".ic inside of .subckt is not supported");
       parts_.initial.push_back(&line);
+    } else if (first == ".step") {
+      if (inside) return DeckError(line.Place(), ".step inside of .subckt is not supported");
+      parts_.steps.push_back(&line);
     } else if (first == ".global") {
       for (std::size_t k = 1; k < words.size(); ++k) parts_.globals.insert(Lower(words[k].text));
     } else if (kOutputs.contains(first)) {

@@ -49,6 +49,7 @@ struct DeckParts {
   DeckBody top;
   const DeckLine* tran = nullptr;
   std::vector<const DeckLine*> initial, outputs, measurements;  // .ic; .print, .plot, .probe and .save; .meas
+  std::vector<const DeckLine*> steps;                           // .step
   std::set<std::string> globals;                                // nodes, in small letters
   std::vector<std::string> notes;                               // what is ignored
 };

@@ -17,6 +17,23 @@
 #include "server/wire/convert.h"
 
 namespace dlcs::client {
+namespace {
+
+absl::StatusOr<Netlist> MakeNetlist(Deck deck, const std::string& source) {
+  auto made = MakeCircuitProblem(deck.circuit);
+  if (!made.ok()) return DeckError(source, std::string(made.status().message()));
+  Netlist netlist;
+  netlist.title = deck.title;
+  SetOutputs(deck, *made);
+  netlist.problem = ToProto(made->problem);
+  SetNames({made->state_names, made->pair_names}, netlist.problem);
+  netlist.notes = std::move(deck.notes);
+  netlist.notes.insert(netlist.notes.end(), made->notes.begin(), made->notes.end());
+  return netlist;
+}
+
+}  // namespace
+
 bool IsDeck(const std::string& text, const std::string& path) {
   constexpr std::array kEndings = {".cir", ".net", ".sp", ".ckt", ".spice"};
   const std::string lower = Lower(path);
@@ -42,16 +59,32 @@ absl::StatusOr<Netlist> ReadNetlist(const std::string& text, const std::string& 
                                     const DeckOptions& options) {
   auto deck = ReadDeck(text, source, folder, options);
   if (!deck.ok()) return deck.status();
-  auto made = MakeCircuitProblem(deck->circuit);
-  if (!made.ok()) return DeckError(source, std::string(made.status().message()));
-  Netlist netlist;
-  netlist.title = deck->title;
-  SetOutputs(*deck, *made);
-  netlist.problem = ToProto(made->problem);
-  SetNames({made->state_names, made->pair_names}, netlist.problem);
-  netlist.notes = std::move(deck->notes);
-  netlist.notes.insert(netlist.notes.end(), made->notes.begin(), made->notes.end());
-  return netlist;
+  if (!deck->steps.empty()) {
+    return DeckError(source, fmt::format(".step {} is a sweep: dlcs ensemble {} solves all its points",
+                                         deck->steps.front().shown, source));
+  }
+  return MakeNetlist(*std::move(deck), source);
+}
+
+absl::StatusOr<std::vector<SweptNetlist>> ReadSweep(const std::string& text, const std::string& source,
+                                                    const std::string& folder, const DeckOptions& options) {
+  const auto first = ReadDeck(text, source, folder, options);
+  if (!first.ok()) return first.status();
+  const auto points = PointsOf(first->steps);
+  if (!points.ok()) return DeckError(source, std::string(points.status().message()));
+  std::vector<SweptNetlist> sweep;
+  for (const SweepPoint& point : *points) {
+    DeckOptions with = options;
+    for (const auto& [name, value] : point.parameters) with.parameters[name] = value;
+    auto deck = ReadDeck(text, source, folder, with);
+    auto netlist = deck.ok() ? MakeNetlist(*std::move(deck), source) : absl::StatusOr<Netlist>(deck.status());
+    if (!netlist.ok()) {
+      const std::string where = point.label.empty() ? "" : fmt::format(" (with {})", point.label);
+      return absl::InvalidArgumentError(std::string(netlist.status().message()) + where);
+    }
+    sweep.push_back({point.label, *std::move(netlist)});
+  }
+  return sweep;
 }
 
 absl::StatusOr<Netlist> ReadNetlistFile(const std::string& path, const DeckOptions& options) {

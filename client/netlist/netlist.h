@@ -27,11 +27,20 @@ bool IsDeck(const std::string& text, const std::string& path);
 // The folder of the deck at `path`, for its includes; empty for `-`.
 std::string FolderOfDeck(const std::string& path);
 
-// The deck `text` as a problem. `source` is its name for messages, `folder` that of its includes, empty for none.
-// Errors: those of ReadDeck() and MakeCircuitProblem(), as InvalidArgument.
+// The deck `text`, which has no .step, as a problem. `source` is its name for messages, `folder` that of its includes,
+// empty for none. Errors: those of ReadDeck() and MakeCircuitProblem(), as InvalidArgument.
 absl::StatusOr<Netlist> ReadNetlist(const std::string& text, const std::string& source, const std::string& folder,
                                     const DeckOptions& options);
-// The same for the file at `path`, `-` for standard input.
+// The points of its .step, as netlists with the label "R=10"; one without a label where it has none. Errors: as above,
+// with the label.
+struct SweptNetlist {
+  std::string label;
+  Netlist netlist;
+};
+absl::StatusOr<std::vector<SweptNetlist>> ReadSweep(const std::string& text, const std::string& source,
+                                                    const std::string& folder, const DeckOptions& options);
+
+// ReadNetlist() for the file at `path`, `-` for standard input.
 absl::StatusOr<Netlist> ReadNetlistFile(const std::string& path, const DeckOptions& options);
 
 // The problem file.

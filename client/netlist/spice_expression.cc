@@ -95,8 +95,9 @@ class ExpressionReader {
  public:
   using Bindings = std::map<std::string, LinearValue>;
 
-  ExpressionReader(std::string_view text, ParameterScope& scope, const Bindings& bindings, bool quantities, int depth)
-      : text_(text), scope_(scope), bindings_(bindings), quantities_(quantities), depth_(depth) {}
+  ExpressionReader(std::string_view text, ParameterScope& scope, const Bindings& bindings, const PiecewiseMaker* maker,
+                   int depth)
+      : text_(text), scope_(scope), bindings_(bindings), maker_(maker), depth_(depth) {}
 
   absl::StatusOr<LinearValue> Read() {
     if (depth_ > kMaxLevels)
@@ -135,37 +136,80 @@ class ExpressionReader {
     if (++nesting_ > kMaxLevels) return Fail(fmt::format("nested deeper than {} levels", kMaxLevels));
     LinearValue value = Or();
     if (Take("?")) {
-      const bool first = Constant(value, "a choice by") != 0;
       const LinearValue yes = Choice();
       if (!Take(":")) return Fail("\":\" of a choice is missing");
-      const LinearValue no = Choice();
-      value = first ? yes : no;
+      value = Chosen(value, yes, Choice());
     }
     --nesting_;
     return value;
   }
   LinearValue Or() {
     LinearValue value = And();
-    while (Take("||")) {
-      const bool one = Constant(value, "|| of") != 0, other = Constant(And(), "|| of") != 0;
-      value = {one || other ? 1.0 : 0.0};
-    }
+    while (Take("||")) value = Step(Minus(Sum(Truth(value, "|| of"), Truth(And(), "|| of")), {0.5}));
     return value;
   }
   LinearValue And() {
     LinearValue value = Comparison();
-    while (Take("&&")) {
-      const bool one = Constant(value, "&& of") != 0, other = Constant(Comparison(), "&& of") != 0;
-      value = {one && other ? 1.0 : 0.0};
-    }
+    while (Take("&&")) value = Step(Minus(Sum(Truth(value, "&& of"), Truth(Comparison(), "&& of")), {1.5}));
     return value;
   }
+
+  // 0 or 1.
+  LinearValue Truth(const LinearValue& value, const char* where) {
+    if (value.is_truth) return value;
+    return {Constant(value, where) != 0 ? 1.0 : 0.0};
+  }
+  LinearValue Chosen(const LinearValue& condition, const LinearValue& yes, const LinearValue& no) {
+    if (condition.factors.empty()) return condition.constant != 0 ? yes : no;
+    if (!condition.is_truth) return Fail("a choice by a voltage or current needs a comparison, as in V(a) > 1 ? 5 : 0");
+    if (!yes.factors.empty() || !no.factors.empty()) {
+      return Fail("a choice by a voltage or current is supported between numbers; max, min and limit join functions");
+    }
+    return Sum(no, Times(condition, {yes.constant - no.constant}));
+  }
+
+  static LinearValue Sum(LinearValue value, const LinearValue& other, double factor = 1) {
+    value.constant += factor * other.constant;
+    for (const auto& [name, part] : other.factors) value.factors[name] += factor * part;
+    value.is_truth = false;
+    return value;
+  }
+  static LinearValue Minus(const LinearValue& value, const LinearValue& other) { return Sum(value, other, -1); }
+
+  // function(argument), as a new quantity where the argument is none that is known.
+  LinearValue Piecewise(const LinearValue& argument, const PiecewiseLinear& function) {
+    if (argument.factors.empty()) return {ValueAt(function, argument.constant)};
+    if (!error_.ok() || maker_ == nullptr) return {};
+    if (!*maker_) return Fail("only linear functions of voltages and currents are allowed here; define a B element");
+    return {0, {{(*maker_)(argument, function), 1}}};
+  }
+  static double ValueAt(const PiecewiseLinear& function, double x) {
+    if (x <= function.x.front()) return function.y.front() + function.slope_before * (x - function.x.front());
+    for (std::size_t k = 1; k < function.x.size(); ++k) {
+      if (x > function.x[k]) continue;
+      const double run = function.x[k] - function.x[k - 1];
+      return function.y[k - 1] + (function.y[k] - function.y[k - 1]) * (x - function.x[k - 1]) / run;
+    }
+    return function.y.back() + function.slope_after * (x - function.x.back());
+  }
+  // 1 where the argument is positive, else 0.
+  LinearValue Step(const LinearValue& argument) {
+    LinearValue value = Piecewise(argument, {.x = {0, 0}, .y = {0, 1}});
+    value.is_truth = true;
+    return value;
+  }
+  LinearValue Ramp(const LinearValue& argument) { return Piecewise(argument, {.x = {0}, .y = {0}, .slope_after = 1}); }
   LinearValue Comparison() {
-    LinearValue value = Sum();
+    LinearValue value = Terms();
     for (const char* sign : {"<=", ">=", "==", "!=", "<", ">"}) {
       if (!Take(sign)) continue;
-      const double one = Constant(value, "a comparison of"), other = Constant(Sum(), "a comparison of");
       const std::string_view op = sign;
+      const LinearValue right = Terms();
+      if (!value.factors.empty() || !right.factors.empty()) {
+        if (op == "==" || op == "!=") return Fail("whether voltages or currents are equal is not supported");
+        return op[0] == '<' ? Step(Minus(right, value)) : Step(Minus(value, right));
+      }
+      const double one = value.constant, other = right.constant;
       const bool holds = op == "<="   ? one <= other
                          : op == ">=" ? one >= other
                          : op == "==" ? one == other
@@ -176,16 +220,13 @@ class ExpressionReader {
     }
     return value;
   }
-  LinearValue Sum() {
+  LinearValue Terms() {
     LinearValue value = Product();
     for (;;) {
       const char sign = Peek();
       if (sign != '+' && sign != '-') return value;
       ++at_;
-      const LinearValue other = Product();
-      const double factor = sign == '+' ? 1 : -1;
-      value.constant += factor * other.constant;
-      for (const auto& [name, part] : other.factors) value.factors[name] += factor * part;
+      value = Sum(value, Product(), sign == '+' ? 1 : -1);
     }
   }
   LinearValue Product() {
@@ -208,6 +249,7 @@ class ExpressionReader {
   static LinearValue Times(LinearValue value, const LinearValue& factor) {
     value.constant *= factor.constant;
     for (auto& [name, part] : value.factors) part *= factor.constant;
+    value.is_truth = false;
     return value;
   }
   LinearValue Signed() {
@@ -219,7 +261,8 @@ class ExpressionReader {
       value = Signed();
     } else if (Peek() == '!' && !text_.substr(at_).starts_with("!=")) {
       ++at_;
-      value = {Constant(Signed(), "! of") == 0 ? 1.0 : 0.0};
+      value = Minus({1}, Truth(Signed(), "! of"));
+      value.is_truth = true;
     } else {
       value = Power();
     }
@@ -291,7 +334,7 @@ class ExpressionReader {
   LinearValue Call(const std::string& name) {
     ParameterScope* home = scope_.WhereFunction(name);
     if (home == nullptr && (name == "v" || name == "i")) {
-      if (quantities_) return Quantity(name);
+      if (maker_ != nullptr) return Quantity(name);
       return Fail(fmt::format("{}(...) is allowed in B, E and G elements, .print and .meas only", name));
     }
     const std::size_t begin = at_;
@@ -321,7 +364,7 @@ class ExpressionReader {
     }
     Bindings bound;
     for (std::size_t k = 0; k < arguments.size(); ++k) bound[function.arguments[k]] = arguments[k];
-    auto value = ExpressionReader(function.body, home, bound, quantities_, depth_ + 1).Read();
+    auto value = ExpressionReader(function.body, home, bound, maker_, depth_ + 1).Read();
     if (value.ok()) return *value;
     if (error_.ok()) error_ = value.status();
     at_ = text_.size();
@@ -365,6 +408,7 @@ class ExpressionReader {
         {"limit",
          {3, 3, [](Values v) { return std::max(std::min(v[1], v[2]), std::min(v[0], std::max(v[1], v[2]))); }}},
         {"if", {3, 3, [](Values v) { return v[0] != 0 ? v[1] : v[2]; }}}};
+    if (const auto value = CallPiecewise(name, arguments)) return *value;
     const auto found = kBuiltIns.find(name);
     if (found == kBuiltIns.end()) return Fail(fmt::format("\"{}\" is no function", name));
     const BuiltIn& built_in = found->second;
@@ -379,10 +423,65 @@ class ExpressionReader {
     return {value};
   }
 
+  // Functions that are piecewise linear, where that is meant; empty for others.
+  std::optional<LinearValue> CallPiecewise(const std::string& name, const std::vector<LinearValue>& arguments) {
+    const std::size_t count = arguments.size();
+    const bool has_quantity = std::any_of(arguments.begin(), arguments.end(),
+                                          [](const LinearValue& argument) { return !argument.factors.empty(); });
+    if (name == "table" || name == "pwl") return CallTable(name, arguments);
+    if (count == 1 && (name == "u" || name == "stp")) return Step(arguments[0]);
+    if (count == 1 && name == "uramp") return Ramp(arguments[0]);
+    if (!has_quantity) return std::nullopt;
+    if (count == 1 && name == "sgn") return Piecewise(arguments[0], {.x = {0, 0}, .y = {-1, 1}});
+    if (count == 1 && name == "abs") {
+      return Piecewise(arguments[0], {.x = {0}, .y = {0}, .slope_before = -1, .slope_after = 1});
+    }
+    if (count == 3 && name == "if") return Chosen(arguments[0], arguments[1], arguments[2]);
+    if (count == 3 && name == "limit" && arguments[1].factors.empty() && arguments[2].factors.empty()) {
+      const double low = std::min(arguments[1].constant, arguments[2].constant);
+      const double high = std::max(arguments[1].constant, arguments[2].constant);
+      if (low == high) return LinearValue{low};
+      return Piecewise(arguments[0], {.x = {low, high}, .y = {low, high}});
+    }
+    if (count == 0 || (name != "max" && name != "min")) return std::nullopt;
+    // max(a, b) = b + max(0, a - b), min(a, b) = a - max(0, a - b)
+    LinearValue value = arguments[0];
+    for (std::size_t k = 1; k < count; ++k) {
+      const LinearValue above = Ramp(Minus(value, arguments[k]));
+      value = name == "max" ? Sum(arguments[k], above) : Minus(value, above);
+    }
+    return value;
+  }
+
+  // Lines through points: beyond the ends constant for `table`, straight on for `pwl`, as LTspice and ngspice have it.
+  LinearValue CallTable(const std::string& name, const std::vector<LinearValue>& arguments) {
+    if (arguments.size() < 3 || arguments.size() % 2 != 1) {
+      return Fail(fmt::format("{} takes a value and then pairs of numbers", name));
+    }
+    PiecewiseLinear function;
+    for (std::size_t k = 1; k < arguments.size(); k += 2) {
+      function.x.push_back(Constant(arguments[k], "a point of"));
+      function.y.push_back(Constant(arguments[k + 1], "a point of"));
+    }
+    if (!std::is_sorted(function.x.begin(), function.x.end())) return Fail("the points must be in increasing order");
+    const std::size_t last = function.x.size() - 1;
+    if (name == "pwl" && last > 0) {
+      const auto slope = [&](std::size_t k) {
+        return (function.y[k + 1] - function.y[k]) / (function.x[k + 1] - function.x[k]);
+      };
+      function.slope_before = slope(0);
+      function.slope_after = slope(last - 1);
+      if (!std::isfinite(function.slope_before) || !std::isfinite(function.slope_after)) {
+        return Fail("pwl must not begin or end with a jump");
+      }
+    }
+    return Piecewise(arguments[0], function);
+  }
+
   const std::string_view text_;
   ParameterScope& scope_;
   const Bindings& bindings_;
-  const bool quantities_;
+  const PiecewiseMaker* maker_;  // null where voltages and currents are not allowed
   const int depth_;
   std::size_t at_ = 0;
   int nesting_ = 0;
@@ -424,7 +523,7 @@ absl::StatusOr<double> ParameterScope::ValueOf(const std::string& name, int dept
   }
   parameter.is_open = true;
   const ExpressionReader::Bindings none;
-  const auto value = ExpressionReader(parameter.expression, *home, none, false, depth).Read();
+  const auto value = ExpressionReader(parameter.expression, *home, none, nullptr, depth).Read();
   parameter.is_open = false;
   if (!value.ok()) {
     return absl::InvalidArgumentError(fmt::format("parameter {}: {}", name, std::string(value.status().message())));
@@ -436,9 +535,9 @@ absl::StatusOr<double> ParameterScope::ValueOf(const std::string& name, int dept
   return value->constant;
 }
 
-absl::StatusOr<LinearValue> ParameterScope::EvaluateLinear(std::string_view expression) {
+absl::StatusOr<LinearValue> ParameterScope::EvaluateLinear(std::string_view expression, const PiecewiseMaker& maker) {
   const ExpressionReader::Bindings none;
-  auto value = ExpressionReader(expression, *this, none, true, 0).Read();
+  auto value = ExpressionReader(expression, *this, none, &maker, 0).Read();
   if (!value.ok()) return value.status();
   bool finite = std::isfinite(value->constant);
   for (const auto& [name, factor] : value->factors) finite = finite && std::isfinite(factor);
@@ -448,7 +547,7 @@ absl::StatusOr<LinearValue> ParameterScope::EvaluateLinear(std::string_view expr
 
 absl::StatusOr<double> ParameterScope::Evaluate(std::string_view expression) {
   const ExpressionReader::Bindings none;
-  const auto value = ExpressionReader(expression, *this, none, false, 0).Read();
+  const auto value = ExpressionReader(expression, *this, none, nullptr, 0).Read();
   if (!value.ok()) return value.status();
   if (!std::isfinite(value->constant)) {
     return absl::InvalidArgumentError(fmt::format("\"{}\" is not finite", expression));

@@ -16,6 +16,7 @@
 #ifndef DLCS_CLIENT_NETLIST_SPICE_EXPRESSION_H_
 #define DLCS_CLIENT_NETLIST_SPICE_EXPRESSION_H_
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,6 +25,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/circuits/circuit.h"
 
 namespace dlcs::client {
 
@@ -36,7 +38,11 @@ std::optional<double> ReadSpiceNumber(std::string_view text);
 struct LinearValue {
   double constant = 0;
   std::map<std::string, double> factors = {};
+  bool is_truth = false;  // of a comparison: 0 or 1
 };
+
+// Makes a quantity that is `function` of `argument`, and returns its name.
+using PiecewiseMaker = std::function<std::string(const LinearValue& argument, const PiecewiseLinear& function)>;
 
 // The parameters and functions that a part of a deck sees: its own, and those of the parts around it. Names are in
 // small letters.
@@ -55,8 +61,10 @@ class ParameterScope {
   // The value of `expression`. Errors: InvalidArgument with the column in it and the reason: a name that is not
   // defined, or by itself; a value that is not finite; more than 64 levels.
   absl::StatusOr<double> Evaluate(std::string_view expression);
-  // The same where voltages V(a), V(a,b) and currents I(name) may occur linearly.
-  absl::StatusOr<LinearValue> EvaluateLinear(std::string_view expression);
+  // The same where voltages V(a), V(a,b) and currents I(name) may occur: linearly; in the piecewise linear functions
+  // max, min, abs, limit, table, pwl, uramp, u, stp, sgn; in comparisons, and in choices between numbers by them. Such
+  // functions become quantities by `maker`; without one they are refused.
+  absl::StatusOr<LinearValue> EvaluateLinear(std::string_view expression, const PiecewiseMaker& maker = {});
 
  private:
   friend class ExpressionReader;

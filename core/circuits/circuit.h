@@ -15,23 +15,41 @@
 namespace dlcs {
 
 enum class ElementKind {
-  kResistor,       // value: ohms, above 0
-  kCapacitor,      // value: farads, above 0
-  kInductor,       // value: henries, above 0
-  kVoltageSource,  // source: volts
-  kCurrentSource,  // source: amperes
-  kVcvs,           // E: voltage = value (V(control_plus) - V(control_minus))
-  kVccs,           // G: current = value (V(control_plus) - V(control_minus))
-  kCcvs,           // H: voltage = value i(control_element)
-  kCccs,           // F: current = value i(control_element)
-  kDiode,          // from plus (anode) to minus (cathode)
-  kSwitch,         // closed or open, as its control says
+  kResistor,           // value: ohms, above 0
+  kCapacitor,          // value: farads, above 0
+  kInductor,           // value: henries, above 0
+  kVoltageSource,      // source: volts
+  kCurrentSource,      // source: amperes
+  kControlledVoltage,  // voltage = transfer(value + the sum of controls)
+  kControlledCurrent,  // current = transfer(value + the sum of controls)
+  kDiode,              // from plus (anode) to minus (cathode)
+  kSwitch,             // closed or open, as the sum of controls says
 };
 
-// Piecewise linear: no current below `forward`, then `on_resistance`. With a breakdown the same backwards.
+// factor times the voltage between two nodes; or times the current of an element, if it is one.
+struct Control {
+  double factor = 1;
+  Index plus = 0, minus = 0;  // nodes
+  Index element = -1;
+};
+
+// Straight lines through points, and beyond the first and last one with their slopes. Two points at one x are a jump.
+struct PiecewiseLinear {
+  std::vector<double> x;  // not decreasing
+  std::vector<double> y;
+  double slope_before = 0, slope_after = 0;
+};
+
+// Piecewise linear: no current below `forward`, then `on_resistance`, which others join at higher voltages. With a
+// breakdown the same backwards.
 struct DiodeModel {
   double forward = 0;        // V
   double on_resistance = 0;  // ohms, >= 0
+  struct Further {
+    double forward = 0;        // V
+    double on_resistance = 0;  // ohms, > 0, beside the others
+  };
+  std::vector<Further> further = {};
   double off_resistance = std::numeric_limits<double>::infinity();
   std::optional<double> breakdown = {};  // V, > 0
   double breakdown_resistance = 0;       // ohms, >= 0
@@ -53,14 +71,14 @@ struct Element {
   double value = 0;
   std::optional<double> initial = {};  // V or A at 0, of capacitors and inductors
   Waveform source = {};
-  Index control_plus = 0, control_minus = 0;  // of E, G and switches
-  Index control_element = -1;                 // of F, H and switches that a current controls: a voltage source
+  std::vector<Control> controls = {};            // of controlled sources and switches
+  std::optional<PiecewiseLinear> transfer = {};  // of controlled sources; none is the identity
   DiodeModel diode = {};
   SwitchModel switching = {};
   std::string place = {};  // where it was read, as in "buck.cir:7"; empty if unknown
 };
 
-// Inductors `first` and `second` share flux: mutual inductance value √(L1 L2), 0 < |value| < 1.
+// Inductors `first` and `second` share flux: mutual inductance value √(L1 L2), 0 < |value| <= 1.
 struct Coupling {
   std::string name;
   Index first = 0, second = 0;

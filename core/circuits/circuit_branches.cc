@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <string>
 #include <utility>
 
 #include "core/format_number.h"
@@ -17,16 +19,19 @@ constexpr double kHighResistance = 1e5;  // ohms
 
 class BranchMaker {
  public:
-  explicit BranchMaker(const Circuit& circuit) : circuit_(circuit) {
+  BranchMaker(const Circuit& circuit, const std::vector<bool>& in_loop) : circuit_(circuit), in_loop_(in_loop) {
     made_.nodes = static_cast<Index>(circuit.nodes.size());
     made_.parts.resize(circuit.elements.size());
-    first_branch_.assign(circuit.elements.size(), -1);
   }
 
   CircuitBranches Make() && {
+    FindWindings();
     for (Index e = 0; e < static_cast<Index>(circuit_.elements.size()); ++e) Add(e);
-    for (const auto& [branch, element] : controlled_by_) {
-      made_.branches[AsSize(branch)].control_branch = first_branch_[AsSize(element)];
+    for (const CurrentControl& control : current_controls_) {
+      for (const CircuitBranches::Part& part : made_.parts[AsSize(control.element)]) {
+        made_.branches[AsSize(control.branch)].controls.push_back(
+            {.factor = control.factor * part.sign, .branch = part.branch});
+      }
     }
     return std::move(made_);
   }
@@ -42,6 +47,8 @@ class BranchMaker {
       case ElementKind::kCapacitor:
       case ElementKind::kInductor: {
         const bool is_capacitor = element.kind == ElementKind::kCapacitor;
+        const CircuitBranches::Winding& winding = made_.windings[AsSize(e)];
+        if (winding.base != e) return AddWinding(element, winding);
         const Index branch = AddBranch({.plus = element.plus,
                                         .minus = element.minus,
                                         .role = BranchRole::kEither,
@@ -55,11 +62,9 @@ class BranchMaker {
             AddSource(element.plus, element.minus, element.kind == ElementKind::kVoltageSource, element.source, 1);
         return AddPart(branch);
       }
-      case ElementKind::kVcvs:
-      case ElementKind::kVccs:
-      case ElementKind::kCcvs:
-      case ElementKind::kCccs:
-        return AddPart(AddControlled(element));
+      case ElementKind::kControlledVoltage:
+      case ElementKind::kControlledCurrent:
+        return AddControlledElement(element);
       case ElementKind::kDiode:
         return AddDiode(element, element.plus, element.minus, element.diode);
       case ElementKind::kSwitch:
@@ -70,9 +75,7 @@ class BranchMaker {
   Index AddBranch(const Branch& branch) {
     made_.branches.push_back(branch);
     made_.element_of.push_back(element_);
-    const auto index = static_cast<Index>(made_.branches.size()) - 1;
-    if (first_branch_[AsSize(element_)] < 0) first_branch_[AsSize(element_)] = index;
-    return index;
+    return static_cast<Index>(made_.branches.size()) - 1;
   }
 
   void AddPart(Index branch, double sign = 1) { made_.parts[AsSize(element_)].push_back({branch, sign}); }
@@ -90,18 +93,115 @@ class BranchMaker {
     return branch;
   }
 
-  Index AddControlled(const Element& element) {
-    const bool is_voltage = element.kind == ElementKind::kVcvs || element.kind == ElementKind::kCcvs;
+  // The sum of `controls` as the voltage or the current of a branch.
+  Index AddControlled(Index plus, Index minus, bool is_voltage, const std::vector<Control>& controls) {
     const Index branch =
-        AddBranch({.plus = element.plus,
-                   .minus = element.minus,
+        AddBranch({.plus = plus,
+                   .minus = minus,
                    .role = is_voltage ? BranchRole::kControlledVoltage : BranchRole::kControlledCurrent,
-                   .order = is_voltage ? kControlledOrder : kLastOrder + 1,
-                   .gain = element.value,
-                   .control_plus = element.control_plus,
-                   .control_minus = element.control_minus});
-    if (element.control_element >= 0) controlled_by_.emplace_back(branch, element.control_element);
+                   .order = is_voltage ? kControlledOrder : kLastOrder + 1});
+    for (const Control& control : controls) {
+      if (control.element >= 0) {
+        current_controls_.push_back({branch, control.factor, control.element});
+      } else {
+        made_.branches.back().controls.push_back(
+            {.factor = control.factor, .plus = control.plus, .minus = control.minus});
+      }
+    }
     return branch;
+  }
+
+  void AddControlledElement(const Element& element) {
+    std::vector<Control> controls = element.controls;
+    double constant = element.value;
+    if (element.transfer) {
+      controls = AddTransfer(element, *element.transfer);
+      constant = element.transfer->y.front();
+    }
+    if (element.kind == ElementKind::kControlledCurrent) {
+      AddPart(AddControlled(element.plus, element.minus, false, controls));
+      if (constant != 0) AddPart(AddSource(element.plus, element.minus, false, ConstantWave{constant}, 1));
+      return;
+    }
+    Index start = element.plus;
+    if (constant != 0) {
+      start = NewNode();
+      AddSource(element.plus, start, true, ConstantWave{constant}, 1);
+    }
+    AddPart(AddControlled(start, element.minus, true, controls));
+  }
+
+  // The terms of transfer(e) - transfer.y[0], with e the sum of the controls of `element`.
+  std::vector<Control> AddTransfer(const Element& element, const PiecewiseLinear& transfer) {
+    constexpr double kOpen = std::numeric_limits<double>::infinity();
+    std::vector<Control> terms;
+    const auto add = [&](double at, double slope, double low, double high, double sign) {
+      const auto number = std::to_string(terms.size() + 1);
+      terms.push_back({.factor = sign,
+                       .plus = AddClamp(element, element.controls, element.value - at, slope, low, high,
+                                        element.name + "_" + number)});
+    };
+    if (transfer.slope_before != 0) {
+      add(transfer.x.front(), std::abs(transfer.slope_before), -kOpen, 0, transfer.slope_before < 0 ? -1 : 1);
+    }
+    for (std::size_t k = 0; k + 1 < transfer.x.size(); ++k) {
+      const double run = transfer.x[k + 1] - transfer.x[k], rise = transfer.y[k + 1] - transfer.y[k];
+      if (rise != 0) add(transfer.x[k], std::abs(rise) / run, 0, std::abs(rise), rise < 0 ? -1 : 1);
+    }
+    if (transfer.slope_after != 0) {
+      add(transfer.x.back(), std::abs(transfer.slope_after), 0, kOpen, transfer.slope_after < 0 ? -1 : 1);
+    }
+    return terms;
+  }
+
+  // A node whose voltage is slope (constant + the sum of `controls`), but between `low` and `high`. With an infinite
+  // slope it is at a bound, or in between while the sum is 0.
+  Index AddClamp(const Element& element, const std::vector<Control>& controls, double constant, double slope,
+                 double low, double high, const std::string& name) {
+    const Index node = NewNode();
+    ClampBranches clamp{.element = element_, .node = node, .is_gate = element.kind == ElementKind::kSwitch};
+    AddControlled(0, node, false, controls);
+    if (constant != 0) AddSource(0, node, false, ConstantWave{constant}, 1);
+    if (std::isfinite(slope)) AddResistor(node, 0, slope, kResistorOrder);
+    if (std::isfinite(low)) {
+      clamp.low = static_cast<Index>(made_.diodes.size());
+      AddOneWay(0, node, -low, 0, name + "_low");
+    }
+    if (std::isfinite(high)) {
+      clamp.high = static_cast<Index>(made_.diodes.size());
+      AddOneWay(node, 0, high, 0, name + "_high");
+    }
+    made_.clamps.push_back(clamp);
+    return node;
+  }
+
+  // The first inductor of those that share all their flux carries it.
+  void FindWindings() {
+    const auto count = static_cast<Index>(circuit_.elements.size());
+    for (Index e = 0; e < count; ++e) made_.windings.push_back({.base = e, .ratio = 1});
+    std::vector<CircuitBranches::Winding>& windings = made_.windings;
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (const Coupling& coupling : circuit_.couplings) {
+        if (std::abs(coupling.value) != 1) continue;
+        for (const auto& [from, to] :
+             {std::pair(coupling.first, coupling.second), std::pair(coupling.second, coupling.first)}) {
+          if (windings[AsSize(from)].base >= windings[AsSize(to)].base) continue;
+          const double ratio =
+              coupling.value * std::sqrt(circuit_.elements[AsSize(to)].value / circuit_.elements[AsSize(from)].value);
+          windings[AsSize(to)] = {windings[AsSize(from)].base, ratio * windings[AsSize(from)].ratio};
+          changed = true;
+        }
+      }
+    }
+  }
+
+  void AddWinding(const Element& element, const CircuitBranches::Winding& winding) {
+    const Element& base = circuit_.elements[AsSize(winding.base)];
+    AddPart(AddControlled(element.plus, element.minus, true,
+                          {{.factor = winding.ratio, .plus = base.plus, .minus = base.minus}}));
+    const Index beside = AddControlled(base.plus, base.minus, false, {{.factor = -winding.ratio, .element = element_}});
+    made_.parts[AsSize(winding.base)].push_back({beside, 1});
   }
 
   Index NewNode() { return made_.nodes++; }
@@ -130,6 +230,10 @@ class BranchMaker {
   void AddDiode(const Element& element, Index anode, Index cathode, const DiodeModel& model) {
     const double sign = anode == element.plus ? 1 : -1;
     AddPart(AddOneWay(anode, cathode, model.forward, model.on_resistance, element.name), sign);
+    for (std::size_t k = 0; k < model.further.size(); ++k) {
+      const auto& [forward, ohms] = model.further[k];
+      AddPart(AddOneWay(anode, cathode, forward, ohms, element.name + "_" + std::to_string(k + 2)), sign);
+    }
     if (std::isfinite(model.off_resistance)) {
       AddPart(AddResistor(anode, cathode, model.off_resistance, kHighOrder), sign);
     }
@@ -141,9 +245,11 @@ class BranchMaker {
 
   void AddSwitch(const Element& element) {
     const SwitchModel& model = element.switching;
-    const bool forwards = element.control_plus == element.plus && element.control_minus == element.minus;
-    const bool backwards = element.control_plus == element.minus && element.control_minus == element.plus;
-    if (element.control_element < 0 && (forwards || backwards)) {
+    const Control& first = element.controls.front();
+    const bool is_one = element.controls.size() == 1 && first.element < 0 && first.factor == 1;
+    const bool forwards = is_one && first.plus == element.plus && first.minus == element.minus;
+    const bool backwards = is_one && first.plus == element.minus && first.minus == element.plus;
+    if (forwards || backwards) {
       made_.notes.push_back(element.name +
                             " is controlled by its own voltage, and is taken as a diode with a forward "
                             "voltage of " +
@@ -160,11 +266,17 @@ class BranchMaker {
       start = NewNode();
       AddPart(AddResistor(element.plus, start, model.on_resistance, kResistorOrder));
     }
+    const bool in_loop = !in_loop_.empty() && in_loop_[AsSize(element_)];
+    const Index gate = in_loop ? AddGate(element) : -1;
+    const auto add_supply = [&](Index plus, Index minus) {
+      return in_loop ? AddControlled(plus, minus, false, {{.factor = limit, .plus = gate}})
+                     : AddSource(plus, minus, false, ConstantWave{}, limit, /*is_gate=*/true);
+    };
     const Index middle = NewNode();
     const Index back = AddIdealDiode(middle, start, element.name + "_forward", kValveOrder);
-    const Index supply = AddSource(start, middle, false, ConstantWave{}, limit, /*is_gate=*/true);
+    const Index supply = add_supply(start, middle);
     AddIdealDiode(middle, element.minus, element.name + "_backward", kValveOrder);
-    AddSource(element.minus, middle, false, ConstantWave{}, limit, /*is_gate=*/true);
+    add_supply(element.minus, middle);
     if (!(model.on_resistance > 0)) {
       AddPart(back, -1);
       AddPart(supply);
@@ -174,11 +286,22 @@ class BranchMaker {
     }
   }
 
+  // The node whose voltage is the gate, 0 or 1 V, of a switch that the circuit controls.
+  Index AddGate(const Element& element) {
+    const SwitchModel& model = element.switching;
+    std::vector<Control> controls = element.controls;
+    if (model.hysteresis != 0) controls.push_back({.factor = 2 * model.hysteresis, .plus = made_.nodes});
+    return AddClamp(element, controls, -(model.threshold + model.hysteresis), std::numeric_limits<double>::infinity(),
+                    0, 1, element.name + "_gate");
+  }
+
   double LargestCurrent(double on_resistance) const {
     double volts = 0, amperes = 0;
     for (const Element& element : circuit_.elements) {
       if (element.kind == ElementKind::kVoltageSource) volts += Peak(element.source);
       if (element.kind == ElementKind::kCurrentSource) amperes += Peak(element.source);
+      if (element.kind == ElementKind::kControlledVoltage) volts += LargestConstant(element);
+      if (element.kind == ElementKind::kControlledCurrent) amperes += LargestConstant(element);
       const double initial = std::abs(element.initial.value_or(0));
       if (element.kind == ElementKind::kCapacitor) volts += initial;
       if (element.kind == ElementKind::kInductor) amperes += initial;
@@ -189,15 +312,31 @@ class BranchMaker {
     return limit > 0 ? limit : 1;
   }
 
+  // What a controlled source gives without its controls, or at most where it is bounded.
+  static double LargestConstant(const Element& element) {
+    if (!element.transfer) return std::abs(element.value);
+    double largest = 0;
+    for (const double value : element.transfer->y) largest = std::max(largest, std::abs(value));
+    return largest;
+  }
+
+  struct CurrentControl {
+    Index branch;
+    double factor;
+    Index element;
+  };
+
   const Circuit& circuit_;
+  const std::vector<bool>& in_loop_;
   CircuitBranches made_;
   Index element_ = 0;
-  std::vector<Index> first_branch_;
-  std::vector<std::pair<Index, Index>> controlled_by_;
+  std::vector<CurrentControl> current_controls_;
 };
 
 }  // namespace
 
-CircuitBranches MakeBranches(const Circuit& circuit) { return BranchMaker(circuit).Make(); }
+CircuitBranches MakeBranches(const Circuit& circuit, const std::vector<bool>& in_loop) {
+  return BranchMaker(circuit, in_loop).Make();
+}
 
 }  // namespace dlcs

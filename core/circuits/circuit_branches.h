@@ -47,6 +47,15 @@ struct SourceBranch {
   bool is_gate = false;  // the waveform is the gate of the switch `element`, which is found later
 };
 
+// A quantity between two bounds, one of which may be missing: the voltage of a node to ground, which the diode `low`
+// holds above the lower bound and `high` below the upper one.
+struct ClampBranches {
+  Index element = 0;
+  Index node = 0;
+  Index low = -1, high = -1;  // of `diodes`; -1 if there is none
+  bool is_gate = false;       // of a switch that the circuit controls
+};
+
 struct CircuitBranches {
   std::vector<Branch> branches;
   std::vector<Index> element_of;  // of each branch
@@ -54,6 +63,7 @@ struct CircuitBranches {
   std::vector<StorageBranch> storages;
   std::vector<DiodeBranch> diodes;
   std::vector<SourceBranch> sources;
+  std::vector<ClampBranches> clamps;
   // The branches whose currents add up to that of each element, from its plus to its minus.
   struct Part {
     Index branch = 0;
@@ -66,6 +76,13 @@ struct CircuitBranches {
     double amperes = 0;
   };
   std::vector<Limit> limits;
+  // Of each inductor that is coupled by 1 to another one, which carries the flux of both: that one, and its voltage by
+  // the voltage of that one. Of all other elements: themselves, and 1.
+  struct Winding {
+    Index base = 0;
+    double ratio = 1;
+  };
+  std::vector<Winding> windings;
   std::vector<std::string> notes;
 };
 
@@ -80,9 +97,19 @@ struct CircuitBranches {
 // So the gate enters the sources alone. I is larger than every current that can flow: twice what the voltages of all
 // sources and all initial ones drive through the on-resistance, plus all currents of sources and initial ones.
 //
+// A switch that the circuit itself controls has as u the voltage of a node between 0 and 1 V, into which a current of
+// control - threshold - hysteresis + 2 hysteresis u flows: it is 1 while that is positive, 0 while it is negative.
+//
+// A piecewise linear transfer function is a sum of such voltages: between two points the node has a resistance that is
+// the slope, at a jump it has none.
+//
+// Inductors L1 and L2 that are coupled by 1 are L1 alone and an ideal transformer: the voltage of L2 is ratio =
+// √(L2/L1) that of L1, and a current of -ratio i(L2) flows beside L1.
+//
 // A switch that its own voltage controls closes where a diode conducts, and becomes one with `forward` = threshold; its
 // hysteresis is dropped, with a note.
-CircuitBranches MakeBranches(const Circuit& circuit);
+// `in_loop` tells which switches the circuit itself controls, by element; the gates of the others are sources.
+CircuitBranches MakeBranches(const Circuit& circuit, const std::vector<bool>& in_loop);
 
 }  // namespace dlcs
 

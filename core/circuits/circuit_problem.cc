@@ -12,11 +12,14 @@
 #include "core/circuits/circuit_names.h"
 #include "core/circuits/circuit_states.h"
 #include "core/circuits/element_faults.h"
+#include "core/circuits/first_branch.h"
 #include "core/circuits/gate.h"
 #include "core/circuits/operating_point.h"
 #include "core/circuits/source_terms.h"
 #include "core/circuits/variable_names.h"
 #include "core/format_number.h"
+#include "core/matrix_classes/matrix_class.h"
+#include "core/problem/time_axis.h"
 
 namespace dlcs {
 namespace {
@@ -24,12 +27,18 @@ namespace {
 class Formulation {
  public:
   explicit Formulation(const Circuit& circuit)
-      : circuit_(circuit), graph_(MakeBranches(circuit)), states_(circuit_, graph_) {}
+      : circuit_(circuit), in_loop_(circuit.elements.size()), states_(circuit_, graph_) {}
 
   absl::StatusOr<CircuitProblem> Make() {
     if (absl::Status status = CheckElements(circuit_); !status.ok()) return status;
-    if (absl::Status status = states_.Find(); !status.ok()) return status;
-    if (absl::Status status = FindGates(); !status.ok()) return status;
+    // Which switches the circuit itself controls is seen from its equations, and then changes them.
+    for (bool changed = true; changed;) {
+      graph_ = MakeBranches(circuit_, in_loop_);
+      if (absl::Status status = states_.Find(); !status.ok()) return status;
+      const auto found = FindGates();
+      if (!found.ok()) return found.status();
+      changed = !*found;
+    }
     if (absl::Status status = FindStart(); !status.ok()) return status;
     return Assemble();
   }
@@ -37,8 +46,9 @@ class Formulation {
  private:
   const Element& ElementAt(Index index) const { return circuit_.elements[AsSize(index)]; }
 
-  // The gates of all switches, those first whose controls depend on no other gate.
-  absl::Status FindGates() {
+  // The gates of all switches that sources control, those first whose controls depend on no other gate. False if there
+  // are others, which then are in `in_loop_`.
+  absl::StatusOr<bool> FindGates() {
     std::vector<bool> found(AsSize(states_.num_sources()));
     for (Index s = 0; s < states_.num_sources(); ++s) found[AsSize(s)] = !graph_.sources[AsSize(s)].is_gate;
     for (bool progress = true; progress;) {
@@ -46,7 +56,7 @@ class Formulation {
       for (Index s = 0; s < states_.num_sources(); ++s) {
         if (found[AsSize(s)]) continue;
         const Index switched = graph_.sources[AsSize(s)].element;
-        const LinearForm control = ControlOf(ElementAt(switched));
+        const LinearForm control = states_.SumOf(ElementAt(switched).controls);
         std::vector<ControlTerm> terms;
         bool ready = control.x.isZero(0) && control.y.isZero(0) && control.ds.isZero(0);
         for (Index k = 0; k < states_.num_sources() && ready; ++k) {
@@ -71,19 +81,9 @@ class Formulation {
       }
     }
     for (Index s = 0; s < states_.num_sources(); ++s) {
-      if (found[AsSize(s)]) continue;
-      return absl::InvalidArgumentError(
-          WithPlace(ElementAt(graph_.sources[AsSize(s)].element)) +
-          " is controlled by the circuit itself; supported are controls that independent sources alone determine, and "
-          "its own voltage (a diode)");
+      if (!found[AsSize(s)]) in_loop_[AsSize(graph_.sources[AsSize(s)].element)] = true;
     }
-    return absl::OkStatus();
-  }
-
-  LinearForm ControlOf(const Element& element) const {
-    if (element.control_element >= 0) return states_.CurrentOf(element.control_element);
-    return states_.FormOf(states_.network().Potential(element.control_plus) -
-                          states_.network().Potential(element.control_minus));
+    return std::find(found.begin(), found.end(), false) == found.end();
   }
 
   // The values of all sources at 0.
@@ -98,8 +98,7 @@ class Formulation {
     Vector z(states_.num_states() + states_.num_excess());
     const std::vector<Index> order = states_.Storages();
     if (circuit_.uses_initial_conditions) {
-      for (Index k = 0; k < z.size(); ++k)
-        z[k] = GivenStart(ElementAt(graph_.storages[AsSize(order[AsSize(k)])].element));
+      for (Index k = 0; k < z.size(); ++k) z[k] = GivenStart(graph_.storages[AsSize(order[AsSize(k)])].element);
     } else {
       Vector values = s;
       for (Index k = 0; k < states_.num_sources(); ++k) values[k] *= graph_.sources[AsSize(k)].scale;
@@ -113,9 +112,18 @@ class Formulation {
     return absl::OkStatus();
   }
 
-  double GivenStart(const Element& element) const {
+  // Of an inductor with other windings, the current that makes their flux.
+  double GivenStart(Index index) const {
+    const Element& element = ElementAt(index);
+    if (element.kind == ElementKind::kInductor) {
+      double amperes = 0;
+      for (Index e = 0; e < static_cast<Index>(circuit_.elements.size()); ++e) {
+        const CircuitBranches::Winding& winding = graph_.windings[AsSize(e)];
+        if (winding.base == index) amperes += winding.ratio * ElementAt(e).initial.value_or(0);
+      }
+      return amperes;
+    }
     if (element.initial) return *element.initial;
-    if (element.kind != ElementKind::kCapacitor) return 0;
     const auto volts = [this](Index node) {
       for (const NodeVoltage& given : circuit_.node_voltages) {
         if (given.node == node) return given.volts;
@@ -186,6 +194,7 @@ class Formulation {
     problem.g = FunctionOf(pairs.s, pairs.ds);
     problem.x0 = x0_;
     problem.horizon = circuit_.horizon;
+    if (absl::Status status = FindFirstBranch(problem); !status.ok()) return status;
     made.outputs.x_factors = outputs.x;
     made.outputs.y_factors = outputs.y;
     made.outputs.sources = FunctionOf(outputs.s, outputs.ds);
@@ -202,6 +211,65 @@ class Formulation {
     for (const std::string& note : graph_.notes) made.notes.push_back(note);
     for (const std::string& note : notes_) made.notes.push_back(note);
     return made;
+  }
+
+  // Comparators with feedback, and amplifiers, may have several solutions: history chooses, from the first one on.
+  absl::Status FindFirstBranch(Problem& problem) {
+    const Matrix& M = problem.M.Dense();
+    const Index n = M.rows();
+    if (n == 0 || graph_.clamps.empty() || !M.allFinite()) return absl::OkStatus();
+    const MatrixClass known = Classify(M);
+    if (known.p.yes() || known.positive_semidefinite.yes()) return absl::OkStatus();
+    problem.rule = SolutionRule::kHistory;
+    const TimeAxis axis{problem.horizon, BreakPoints(problem.g, problem.horizon)};
+    auto evaluator = TimeFunctionEvaluator::Create(problem.g, n, axis);
+    if (!evaluator.ok()) return evaluator.status();
+    Vector q(n);
+    evaluator->Evaluate(axis.Nearest(0), Side::kRight, q);
+    q += problem.N * x0_;
+    problem.y0 = GuessOfStart();
+    if (n > kMaxBasicSolutionsSize) return absl::OkStatus();
+    const BasicSolutions solutions = AllBasicSolutions(M, q, {}, 1e-12 * q.cwiseAbs());
+    if (solutions.solutions.empty()) return absl::OkStatus();
+    const BranchVoltages voltages = VoltagesAtStart();
+    const std::vector<Index> starts = PossibleStarts(solutions, voltages, circuit_, graph_);
+    if (starts.size() > 1) {
+      return absl::InvalidArgumentError(
+          "there are several solutions at 0, which differ in " +
+          ElementsThatDiffer(solutions, starts, voltages, circuit_, graph_) +
+          ": history chooses one of them, so give a voltage at 0 that is different in them with .ic V(node)=...");
+    }
+    problem.y0 = Vector::Zero(n);
+    for (const Index i : solutions.solutions[AsSize(starts.front())].basis) (*problem.y0)[i] = 1;
+    return absl::OkStatus();
+  }
+
+  // All switches as they start, all other diodes blocking.
+  Vector GuessOfStart() const {
+    const auto blocks = [this](Index diode) { return states_.sign()[diode] < 0 ? 1.0 : 0.0; };
+    Vector guess(states_.num_pairs());
+    for (Index k = 0; k < guess.size(); ++k) guess[k] = blocks(k);
+    for (const ClampBranches& clamp : graph_.clamps) {
+      const bool is_high = clamp.is_gate && ElementAt(clamp.element).switching.starts_closed;
+      const Index conducts = is_high ? clamp.high : clamp.low;
+      if (conducts >= 0) guess[conducts] = 1 - blocks(conducts);
+    }
+    return guess;
+  }
+
+  BranchVoltages VoltagesAtStart() const {
+    std::vector<Index> nodes;
+    for (const ClampBranches& clamp : graph_.clamps) nodes.push_back(clamp.node);
+    for (const NodeVoltage& given : circuit_.node_voltages) nodes.push_back(given.node);
+    const Vector s = SourcesAtStart();
+    BranchVoltages voltages{Matrix(static_cast<Index>(nodes.size()), states_.num_pairs()),
+                            Vector(static_cast<Index>(nodes.size()))};
+    for (Index k = 0; k < voltages.constant.size(); ++k) {
+      const LinearForm form = states_.PotentialOf(nodes[AsSize(k)]);
+      voltages.of_y.row(k) = form.y;
+      voltages.constant[k] = form.x.dot(x0_.transpose()) + form.s.dot(s.transpose());
+    }
+    return voltages;
   }
 
   static bool IsFinite(const CircuitProblem& made) {
@@ -328,6 +396,7 @@ class Formulation {
   }
 
   const Circuit& circuit_;
+  std::vector<bool> in_loop_;  // by element: a switch that the circuit itself controls
   CircuitBranches graph_;
   CircuitStates states_;
   Vector x0_;

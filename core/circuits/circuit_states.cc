@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/circuits/circuit_states.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -15,6 +14,8 @@ namespace dlcs {
 using RowVector = Eigen::RowVectorXd;
 
 absl::Status CircuitStates::Find() {
+  states_.clear();
+  excess_.clear();
   network_ = LinearNetwork::Create(graph_.nodes, graph_.branches);
   if (const auto* fault = std::get_if<NetworkFault>(&network_)) {
     return StatusOfFault(*fault, graph_, circuit_, /*at_start=*/false);
@@ -23,7 +24,6 @@ absl::Status CircuitStates::Find() {
   sign_.resize(num_pairs());
   for (Index k = 0; k < num_pairs(); ++k) sign_[k] = network().InTree(graph_.diodes[AsSize(k)].branch) ? -1 : 1;
   MakeStorageMatrix();
-  if (absl::Status status = CheckCouplings(); !status.ok()) return status;
   return FindDynamics();
 }
 
@@ -99,23 +99,10 @@ void CircuitStates::MakeStorageMatrix() {
   for (Index k = 0; k < count; ++k) storage_(k, k) = ElementAt(graph_.storages[AsSize(order[AsSize(k)])].element).value;
   for (const Coupling& coupling : circuit_.couplings) {
     const Index one = place_of(coupling.first), other = place_of(coupling.second);
+    if (one < 0 || other < 0) continue;  // another winding of an inductor, which is coupled itself
     const double mutual = coupling.value * std::sqrt(storage_(one, one) * storage_(other, other));
     storage_(one, other) = storage_(other, one) = mutual;
   }
-}
-
-absl::Status CircuitStates::CheckCouplings() const {
-  if (circuit_.couplings.empty()) return absl::OkStatus();
-  const Vector unit = storage_.diagonal().cwiseSqrt().cwiseInverse();
-  const Matrix normal = unit.asDiagonal() * storage_ * unit.asDiagonal();
-  const Eigen::LLT<Matrix> factors(normal);
-  const double smallest = factors.matrixL().toDenseMatrix().diagonal().cwiseAbs().minCoeff();
-  if (factors.info() == Eigen::Success && smallest * smallest > 1e-13) return absl::OkStatus();
-  std::string names;
-  for (const Coupling& coupling : circuit_.couplings) names += (names.empty() ? "" : ", ") + coupling.name;
-  return absl::InvalidArgumentError("the couplings " + names +
-                                    " together do not belong to coils: the inductance matrix is not positive "
-                                    "definite. Make them smaller");
 }
 
 // x~' = A x~ + K y + S s.
@@ -192,10 +179,20 @@ LinearForm CircuitStates::FormOf(const RowVector& row) const {
           .ds = parts.e * e_ds_};
 }
 
-LinearForm CircuitStates::CurrentOf(Index element) const {
+RowVector CircuitStates::CurrentRow(Index element) const {
   RowVector row = RowVector::Zero(network().num_inputs());
   for (const CircuitBranches::Part& part : graph_.parts[AsSize(element)]) {
     row += part.sign * network().Current(part.branch);
+  }
+  return row;
+}
+
+LinearForm CircuitStates::SumOf(const std::vector<Control>& controls) const {
+  RowVector row = RowVector::Zero(network().num_inputs());
+  for (const Control& control : controls) {
+    row += control.factor * (control.element >= 0
+                                 ? CurrentRow(control.element)
+                                 : RowVector(network().Potential(control.plus) - network().Potential(control.minus)));
   }
   return FormOf(row);
 }

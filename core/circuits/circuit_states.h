@@ -55,7 +55,8 @@ class CircuitStates {
   // A row over the inputs of the network.
   LinearForm FormOf(const Eigen::RowVectorXd& row) const;
   LinearForm PotentialOf(Index node) const { return FormOf(network().Potential(node)); }
-  LinearForm CurrentOf(Index element) const;
+  LinearForm CurrentOf(Index element) const { return FormOf(CurrentRow(element)); }
+  LinearForm SumOf(const std::vector<Control>& controls) const;
 
  private:
   // Over states, pairs, sources and what drives the dependent storages.
@@ -64,6 +65,7 @@ class CircuitStates {
   };
 
   const Element& ElementAt(Index index) const { return circuit_.elements[AsSize(index)]; }
+  Eigen::RowVectorXd CurrentRow(Index element) const;
   Eigen::RowVectorXd Own(Index storage) const;
   Eigen::RowVectorXd Drive(Index storage) const;
   Parts PartsOf(const Eigen::RowVectorXd& row) const;
@@ -71,7 +73,6 @@ class CircuitStates {
 
   absl::Status SplitStorages();
   void MakeStorageMatrix();
-  absl::Status CheckCouplings() const;
   absl::Status FindDynamics();
 
   const Circuit& circuit_;

@@ -1,14 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/circuits/element_faults.h"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "core/circuits/circuit_names.h"
 #include "core/format_number.h"
 
 namespace dlcs {
 namespace {
+
+std::string FaultOfControlled(const Element& element) {
+  if (!std::isfinite(element.value)) return "the constant is not finite";
+  for (const Control& control : element.controls) {
+    if (!std::isfinite(control.factor)) return "the gain is not finite";
+  }
+  if (!element.transfer) return "";
+  const auto& [x, y, slope_before, slope_after] = *element.transfer;
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  if (x.empty() || x.size() != y.size()) return "a table needs pairs of numbers";
+  if (!std::all_of(x.begin(), x.end(), is_finite) || !std::all_of(y.begin(), y.end(), is_finite) ||
+      !is_finite(slope_before) || !is_finite(slope_after)) {
+    return "a number of the table is not finite";
+  }
+  return std::is_sorted(x.begin(), x.end()) ? "" : "the points of the table must be in increasing order";
+}
 
 std::string FaultOfElement(const Element& element) {
   const auto must_be_positive = [&](const char* what, const char* unit) -> std::string {
@@ -30,6 +49,10 @@ std::string FaultOfElement(const Element& element) {
       if (!std::isfinite(diode.forward)) return "a forward voltage of " + NumberText(diode.forward) + " V";
       if (!(diode.on_resistance >= 0) || !std::isfinite(diode.on_resistance)) {
         return "an on-resistance of " + NumberText(diode.on_resistance) + " ohm; must be at least 0";
+      }
+      for (const auto& [forward, ohms] : diode.further) {
+        if (std::isfinite(forward) && ohms > 0 && std::isfinite(ohms)) continue;
+        return "a kink at " + NumberText(forward) + " V with " + NumberText(ohms) + " ohm; must be above 0";
       }
       if (!(diode.off_resistance > 0)) {
         return "an off-resistance of " + NumberText(diode.off_resistance) + " ohm; must be above 0";
@@ -53,9 +76,40 @@ std::string FaultOfElement(const Element& element) {
       }
       return std::isfinite(model.threshold) ? "" : "the threshold is not finite";
     }
-    default:
-      return std::isfinite(element.value) ? "" : "the gain is not finite";
+    case ElementKind::kControlledVoltage:
+    case ElementKind::kControlledCurrent:
+      return FaultOfControlled(element);
   }
+  return "";
+}
+
+// Fluxes of coils have a positive semidefinite inductance matrix.
+absl::Status CheckCouplings(const Circuit& circuit) {
+  if (circuit.couplings.empty()) return absl::OkStatus();
+  std::vector<Index> inductors;
+  for (const Coupling& coupling : circuit.couplings) {
+    inductors.push_back(coupling.first);
+    inductors.push_back(coupling.second);
+  }
+  std::sort(inductors.begin(), inductors.end());
+  inductors.erase(std::unique(inductors.begin(), inductors.end()), inductors.end());
+  const auto place_of = [&inductors](Index element) {
+    return std::lower_bound(inductors.begin(), inductors.end(), element) - inductors.begin();
+  };
+  const auto count = static_cast<Index>(inductors.size());
+  Matrix normal = Matrix::Identity(count, count);
+  std::string names;
+  for (const Coupling& coupling : circuit.couplings) {
+    const Index one = place_of(coupling.first), other = place_of(coupling.second);
+    normal(one, other) = normal(other, one) = coupling.value;
+    names += (names.empty() ? "" : ", ") + coupling.name;
+  }
+  constexpr double kRounding = 1e-13;
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(normal, Eigen::EigenvaluesOnly);
+  if (solver.eigenvalues().minCoeff() >= -kRounding * static_cast<double>(count)) return absl::OkStatus();
+  return absl::InvalidArgumentError("the couplings " + names +
+                                    " together do not belong to coils: the inductance matrix has a negative "
+                                    "eigenvalue. Make them smaller");
 }
 
 }  // namespace
@@ -70,13 +124,11 @@ absl::Status CheckElements(const Circuit& circuit) {
     }
   }
   for (const Coupling& coupling : circuit.couplings) {
-    if (std::abs(coupling.value) > 0 && std::abs(coupling.value) < 1) continue;
-    return absl::InvalidArgumentError(
-        coupling.name + ": a coupling of " + NumberText(coupling.value) +
-        "; must be between 0 and 1 in size, without 0 and 1. A coupling of 1 makes the currents of the inductors "
-        "dependent, which is not supported: 0.9999 leaves a leakage");
+    if (std::abs(coupling.value) > 0 && std::abs(coupling.value) <= 1) continue;
+    return absl::InvalidArgumentError(coupling.name + ": a coupling of " + NumberText(coupling.value) +
+                                      "; must be above 0 and at most 1 in size");
   }
-  return absl::OkStatus();
+  return CheckCouplings(circuit);
 }
 
 }  // namespace dlcs

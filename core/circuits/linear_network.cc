@@ -156,10 +156,13 @@ bool LinearNetwork::Solve(NetworkFault& fault) {
       unit[k] = in_tree ? root : 1 / root;
       row = in_tree ? RowVector(branch.resistance * PrimaryCurrent(unknowns[AsSize(k)]))
                     : RowVector(PrimaryVoltage(unknowns[AsSize(k)]) / branch.resistance);
-    } else if (branch.control_branch >= 0) {
-      row = branch.gain * PrimaryCurrent(branch.control_branch);
     } else {
-      row = branch.gain * (potential_.row(branch.control_plus) - potential_.row(branch.control_minus));
+      row = RowVector::Zero(count);
+      for (const BranchControl& control : branch.controls) {
+        row += control.factor * (control.branch >= 0
+                                     ? PrimaryCurrent(control.branch)
+                                     : RowVector(potential_.row(control.plus) - potential_.row(control.minus)));
+      }
     }
     for (Index j = 0; j < size; ++j) equations(k, j) = (j == k ? 1 : 0) - row[unknowns[AsSize(j)]];
     for (Index j = 0; j < num_inputs_; ++j) given(k, j) = row[inputs[AsSize(j)]];

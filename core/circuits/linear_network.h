@@ -20,8 +20,15 @@ enum class BranchRole {
   kCurrent,            // its current is given: must not be in the tree
   kEither,             // its voltage is given if it is in the tree, otherwise its current
   kResistor,           // v = resistance i
-  kControlledVoltage,  // its voltage is gain times the control: must be in the tree
-  kControlledCurrent,  // its current is gain times the control: must not be in the tree
+  kControlledVoltage,  // its voltage is the sum of its controls: must be in the tree
+  kControlledCurrent,  // its current is the sum of its controls: must not be in the tree
+};
+
+// factor times the voltage between two nodes; or times the current of a branch, if it is one.
+struct BranchControl {
+  double factor = 1;
+  Index plus = 0, minus = 0;
+  Index branch = -1;
 };
 
 struct Branch {
@@ -29,9 +36,7 @@ struct Branch {
   BranchRole role = BranchRole::kEither;
   int order = 0;          // the tree takes lower ones first; of equal ones those of lower resistance
   double resistance = 0;  // ohms, > 0
-  double gain = 0;
-  Index control_plus = 0, control_minus = 0;  // the control is the voltage between these nodes,
-  Index control_branch = -1;                  // or the current of this branch, if it is one
+  std::vector<BranchControl> controls = {};
 };
 
 // Why a network has no solution.

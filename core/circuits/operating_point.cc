@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/circuits/circuit_names.h"
+#include "core/circuits/first_branch.h"
 #include "core/circuits/linear_network.h"
 #include "core/format_number.h"
 #include "core/lcp/lcp.h"
@@ -57,12 +58,14 @@ struct RestProblem {
   Vector q;
   Matrix storage;   // storages × y
   Vector constant;  // storages
+  BranchVoltages clamps;
 };
 
-RestProblem MakeRestProblem(const LinearNetwork& network, const CircuitBranches& graph, const Vector& given) {
+RestProblem MakeRestProblem(const LinearNetwork& network, const CircuitBranches& graph, const Vector& given,
+                            Index num_given) {
   const auto pairs = static_cast<Index>(graph.diodes.size()), storages = static_cast<Index>(graph.storages.size());
-  RestProblem rest{Matrix::Zero(pairs, pairs), Vector::Zero(pairs), Matrix::Zero(storages, pairs),
-                   Vector::Zero(storages)};
+  RestProblem rest{
+      Matrix::Zero(pairs, pairs), Vector::Zero(pairs), Matrix::Zero(storages, pairs), Vector::Zero(storages), {}};
   Vector sign(pairs);
   std::vector<Index> input(AsSize(pairs));
   for (Index k = 0; k < pairs; ++k) {
@@ -87,6 +90,15 @@ RestProblem MakeRestProblem(const LinearNetwork& network, const CircuitBranches&
     RowVector of_y(pairs);
     rest.constant[k] = split(row, of_y);
     rest.storage.row(k) = of_y;
+  }
+  // Given node voltages are held, and tell nothing.
+  const auto clamps = static_cast<Index>(graph.clamps.size());
+  rest.clamps.of_y = Matrix::Zero(clamps + num_given, pairs);
+  rest.clamps.constant = Vector::Zero(clamps + num_given);
+  for (Index k = 0; k < clamps; ++k) {
+    RowVector of_y(pairs);
+    rest.clamps.constant[k] = split(network.Potential(graph.clamps[AsSize(k)].node), of_y);
+    rest.clamps.of_y.row(k) = of_y;
   }
   return rest;
 }
@@ -142,6 +154,27 @@ absl::Status NotDetermined(const Element& element) {
                                     (is_capacitor ? ".ic V(node)=..., or with IC= and UIC" : "IC= and UIC"));
 }
 
+// The start if M is of no class.
+absl::StatusOr<Vector> StartAmongSeveral(const RestProblem& rest, const LcpResult& solved, const Circuit& circuit,
+                                         const CircuitBranches& graph) {
+  const std::string advice = "; give the start with IC= and UIC";
+  const auto& solutions = solved.basic_solutions;
+  if (!solutions || !solutions->complete || !solutions->faces.empty() || solutions->solutions.empty()) {
+    return absl::InvalidArgumentError("the operating point at 0 may not be the only one: controlled sources act on " +
+                                      NamesOfDiodes(graph, circuit) + advice);
+  }
+  const std::vector<Index> starts = PossibleStarts(*solutions, rest.clamps, circuit, graph);
+  const auto storages = [&](Index k) -> Vector { return rest.storage * solutions->solutions[AsSize(k)].y; };
+  const Vector first = storages(starts.front());
+  const double size = 1e-9 * (first.cwiseAbs() + rest.constant.cwiseAbs()).sum();
+  for (const Index k : starts) {
+    if ((storages(k) - first).cwiseAbs().sum() <= size) continue;
+    return absl::InvalidArgumentError("there are several operating points at 0, which differ in " +
+                                      ElementsThatDiffer(*solutions, starts, rest.clamps, circuit, graph) + advice);
+  }
+  return Vector(rest.constant + first);
+}
+
 }  // namespace
 
 absl::StatusOr<Vector> FindOperatingPoint(const Circuit& circuit, const CircuitBranches& graph,
@@ -157,7 +190,7 @@ absl::StatusOr<Vector> FindOperatingPoint(const Circuit& circuit, const CircuitB
   for (std::size_t k = 0; k < circuit.node_voltages.size(); ++k) {
     given[network.InputOf(static_cast<Index>(graph.branches.size() + k))] = circuit.node_voltages[k].volts;
   }
-  const RestProblem rest = MakeRestProblem(network, graph, given);
+  const RestProblem rest = MakeRestProblem(network, graph, given, static_cast<Index>(circuit.node_voltages.size()));
   if (rest.q.size() == 0) return rest.constant;
 
   const MatrixClass matrix_class = Classify(rest.M);
@@ -175,11 +208,7 @@ absl::StatusOr<Vector> FindOperatingPoint(const Circuit& circuit, const CircuitB
   }
   const Vector start = rest.constant + rest.storage * solved->y;
   if (matrix_class.p.yes() || rest.storage.isZero(0)) return start;
-  if (!semidefinite) {
-    if (solved->basic_solutions && solved->basic_solutions->unique()) return start;
-    return absl::InvalidArgumentError("the operating point at 0 may not be the only one: controlled sources act on " +
-                                      NamesOfDiodes(graph, circuit) + "; give the start with IC= and UIC");
-  }
+  if (!semidefinite) return StartAmongSeveral(rest, *solved, circuit, graph);
   const Index open = FirstUndetermined(rest, solved->y);
   if (open >= 0) return NotDetermined(circuit.elements[AsSize(graph.storages[AsSize(open)].element)]);
   if (open < -1) {

@@ -55,7 +55,7 @@ struct SolveContext {
   bool lost_least_element = false;
 
   // The error tolerance is the default one: event_driven may miss it, and does no more work than
-  // Options::kMaxDefaultSteps steps take.
+  // Options::MaxDefaultSteps() steps take.
   bool error_by_default = false;
 
   // For each row of N x + g the largest size so far of the terms that it is the sum of; empty before the first
@@ -89,7 +89,7 @@ struct SolveContext {
   std::optional<Distribution> distribution = {};
 
   // y = SOL(N x + g, M) is a function of x: one solution is meant at every state.
-  bool y_is_function() const { return selection != Selection::kAny; }
+  bool y_is_function() const { return selection != Selection::kAny && selection != Selection::kHistory; }
   // It is a Lipschitz function, so states never jump and y may be interpolated linearly.
   bool y_is_lipschitz() const { return IsAlwaysLipschitz(selection); }
 

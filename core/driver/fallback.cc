@@ -28,6 +28,7 @@ bool MayCouple(const Task& task) { return task.lost_least_element && AllowsCoupl
 // location came to T in its modes, and what it misses the error by is rounding.
 bool MissedByEvents(const Task& task, const Solution& solution) {
   if (task.options.method != Method::kAuto || solution.method != Method::kEventDriven) return false;
+  if (task.plan.selection == Selection::kHistory) return false;
   const bool reached = solution.termination == Termination::kReachedEnd;
   if (!reached && solution.termination != Termination::kIterationLimit) return false;
   if (!reached && !std::isnan(solution.failure_time)) return true;

@@ -51,7 +51,8 @@ constexpr int kThreadsForIteration = 16;
 // A mode follows the one solution, or one of several, until a component of y or w vanishes. The others may end where
 // none does, when another solution becomes the better one.
 bool HasModes(Selection selection) {
-  return selection == Selection::kUnique || selection == Selection::kLeastElement || selection == Selection::kAny;
+  return selection == Selection::kUnique || selection == Selection::kLeastElement || selection == Selection::kAny ||
+         selection == Selection::kHistory;
 }
 
 // Modes take a Schur form each. Below, few steps of high order are cheaper than trials with steps of second order for
@@ -117,6 +118,9 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
   if (options.method != Method::kAuto) {
     choice.method = options.method;
     choice.reason = "asked for";
+  } else if (selection == Selection::kHistory) {
+    choice.method = Method::kEventDriven;
+    choice.reason = "of several solutions the one is followed that continues the one before";
   } else if (PrefersEvents(problem, options, selection)) {
     choice.method = Method::kEventDriven;
     choice.reason = "for an error of " + FormatNumber(options.error_tolerance) +
@@ -153,6 +157,10 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
         SelectionName(selection) +
         " may change where none does, when another solution becomes the better one. Use exponential-integrator or "
         "time-stepping.";
+  }
+  if (selection == Selection::kHistory && choice.method != Method::kEventDriven) {
+    choice.refusal = std::string("The rule history follows one of several solutions while it lasts, and ") +
+                     MethodName(choice.method) + " may step from one to another. Use event-driven.";
   }
   if (choice.method == Method::kTimeStepping && !lipschitz && options.average_y) {
     choice.refusal =

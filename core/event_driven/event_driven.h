@@ -12,8 +12,12 @@ namespace dlcs {
 inline constexpr double kDefaultEventTolerance = 1e-9;
 inline constexpr double kLargestEventTolerance = 0.1;
 
-// The part of Options::kMaxDefaultSteps for event_driven; the rest is for steps without events if it does not reach T.
-inline constexpr Index kMaxDefaultEventWork = 28'900;
+// The part of Options::MaxDefaultSteps() for event_driven; the rest is for steps without events if it does not reach T.
+inline Index MaxDefaultEventWork(std::size_t break_points) {
+  constexpr Index kPartsForSteps = 27;
+  const Index all = Options::MaxDefaultSteps(break_points);
+  return all - all / kPartsForSteps;
+}
 
 // Follows the system from mode to mode. In a mode (core/event_driven/mode.h) the system is a linear differential
 // equation, solved by collocation of degree 12 with the step that the tolerance allows (core/event_driven/mode_step.h,

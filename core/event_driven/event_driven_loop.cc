@@ -477,6 +477,7 @@ ErrorGrowth::Overlooked EventDrivenLoop::Overlooked(double s_end, double duratio
 // Takes the part of the step up to `end`, at position `s_end`.
 void EventDrivenLoop::Accept(double end, double s_end) {
   if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
+  search_.Lasted(*mode_);
   output_.AddSmooth(x_begin_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
@@ -520,6 +521,11 @@ void EventDrivenLoop::NoteInterval(double end, const Mode* mode) {
 // holds what it cost.
 bool EventDrivenLoop::TakeCoupledSteps(double end) {
   const double shortest = kShortestPart * problem_.horizon;
+  if (context_.selection == Selection::kHistory) {
+    return context_.Fail(Termination::kIterationLimit, t_,
+                         "No active set lasts at t = " + FormatNumber(t_) + " (" + why_coupled_ +
+                             "), and steps of first order could leave the solution that the rule history follows.");
+  }
   if (burst_ == 1) coupled_length_ = std::max(shortest, std::min(length_, 1e3 * shortest));
   for (Index k = 0; k < burst_ && t_ < end;) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);

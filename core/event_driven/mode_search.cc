@@ -68,7 +68,11 @@ ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSample
       f_begin_(problem.num_states()),
       f_end_(problem.num_states()),
       g_(problem.num_constraints()),
-      f_(LegendreSeries::Zero(problem.num_states(), kLegendreSize)) {}
+      f_(LegendreSeries::Zero(problem.num_states(), kLegendreSize)) {
+  if (selection != Selection::kHistory) return;
+  history_ = basis_;
+  for (Index i = 0; problem.y0 && i < problem.num_constraints(); ++i) history_[i] = (*problem.y0)[i] > 0;
+}
 
 // A power of two, so that there are few.
 double ModeSearch::StepOf(double t, double scale, double longest, int attempt) const {
@@ -104,6 +108,7 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   tolerance_ = kSearchTolerance * (abs_N_ * predicted_.cwiseAbs() + g_.cwiseAbs()) +
                abs_N_ * (ahead.uncertainty + kOfNoise * x_noise);
   LcpSolver& solver = *look.solver;
+  if (!history_.empty()) basis_ = history_;
   proposal.verdict = solver.Solve(q_, tolerance_, basis_, y_);
   ++lcps_;
   if (proposal.verdict != LcpStatus::kSolved) return proposal;
@@ -122,6 +127,12 @@ void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
   std::fill(basis_.begin(), basis_.end(), 0);
   for (const Index i : mode.active) basis_[i] = 1;
   basis_[guard] ^= 1;
+}
+
+void ModeSearch::Lasted(const Mode& mode) {
+  if (history_.empty()) return;
+  std::fill(history_.begin(), history_.end(), 0);
+  for (const Index i : mode.active) history_[i] = 1;
 }
 
 const Mode* ModeSearch::ModeOf(const std::vector<Index>& active, const DataSizes& sizes) {

@@ -51,6 +51,9 @@ class ModeSearch {
   // solution.
   void GuessAfter(const Mode& mode, Index guard);
 
+  // With the selection kHistory every search starts from the active set of the last mode that lasted: `mode` did.
+  void Lasted(const Mode& mode);
+
   // The mode of `active`, kept; null where it has none.
   const Mode* ModeOf(const std::vector<Index>& active, const DataSizes& sizes);
 
@@ -75,6 +78,7 @@ class ModeSearch {
   StepCache<LookAhead> look_aheads_;
   std::map<std::vector<Index>, std::unique_ptr<Mode>> modes_;  // by their active sets; null where there is none
   Basis basis_;
+  Basis history_;  // empty without kHistory
   Vector y_, f_begin_, f_end_, g_, predicted_, q_, tolerance_;
   LegendreSeries f_;
   Index lcps_ = 0;

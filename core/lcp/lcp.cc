@@ -12,6 +12,7 @@
 #include "core/lcp/dense/coupled_least_element.h"
 #include "core/lcp/dense/coupled_selection.h"
 #include "core/lcp/dense/hidden_least_element.h"
+#include "core/lcp/dense/history_solver.h"
 #include "core/lcp/dense/least_element.h"
 #include "core/lcp/dense/least_norm.h"
 #include "core/lcp/dense/minimizer.h"
@@ -82,6 +83,8 @@ std::unique_ptr<LcpSolver> MakeGeneralSolver(const Matrix& M, const SolutionChoi
       return MakeMinimizer(M, choice.selector);
     case Selection::kSparsest:
       return std::make_unique<SparsestSolver>(M);
+    case Selection::kHistory:
+      return std::make_unique<HistorySolver>(M);
     case Selection::kAny:
       break;
   }
@@ -117,6 +120,7 @@ std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K
   if (selection == Selection::kUnique || selection == Selection::kAny) {
     return MakeLcpSolver(coupled, TestPMatrix(coupled).yes() ? Selection::kUnique : Selection::kAny);
   }
+  if (selection == Selection::kHistory) return std::make_unique<HistorySolver>(coupled);
   const bool convex = coupled.allFinite() && TestPositiveSemidefinite(coupled).yes();
   const Selection fallback = convex && selection == Selection::kLeastNorm ? Selection::kLeastNorm : Selection::kAny;
   return std::make_unique<CoupledSelectionSolver>(M, K, MakeLcpSolver(M, choice), MakeLcpSolver(coupled, fallback));

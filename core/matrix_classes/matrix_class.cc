@@ -71,6 +71,8 @@ const char* SelectionName(Selection selection) {
       return "the minimizer of |C y - b|";
     case Selection::kSparsest:
       return "the solution with the fewest positive components";
+    case Selection::kHistory:
+      return "the solution that continues the one before";
     case Selection::kAny:
       break;
   }
@@ -128,9 +130,11 @@ absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matri
       if (matrix_class.size <= kMaxSolutionEnumeration) return Selection::kSparsest;
       return InvalidField("rule", absl::StrCat("sparsest needs a P- or a Z-matrix M, or one with n <= ",
                                                kMaxSolutionEnumeration, ", but n = ", matrix_class.size));
+    case SolutionRule::kHistory:
+      return p ? Selection::kUnique : Selection::kHistory;
   }
   return InvalidField("rule",
-                      "not one of auto, unique, least-element, hidden-least-element, least-norm, minimizer, sparsest");
+                      "not one of auto, unique, least-element, hidden-least-element, least-norm, minimizer, sparsest, history");
 }
 
 }  // namespace dlcs

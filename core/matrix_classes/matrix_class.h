@@ -49,6 +49,7 @@ enum class Selection {
   kLeastNorm,           // M is positive semidefinite, or small
   kMinimizer,           // the same
   kSparsest,            // M is small
+  kHistory,             // any M: the solution that is reached from the one before
   kAny,                 // none of these: any solution; only coupled steps make sense
 };
 const char* SelectionName(Selection selection);  // "the one solution", "the least element", ...

@@ -57,10 +57,14 @@ struct Options {
   // Lipschitz function of x. event_driven controls its steps by it. For other methods the step comes from trial solves
   // (core/driver/step_control.h); the solution holds the estimated error, and says if the tolerance was not reached.
   // With a tolerance a grid only gives the output times. 0: if a grid is set, its steps are used; if not, the tolerance
-  // is kDefaultErrorTolerance, with at most the work of kMaxDefaultSteps steps, and missing it is not a failure.
+  // is kDefaultErrorTolerance, with at most the work of MaxDefaultSteps() steps, and missing it is not a failure.
   double error_tolerance = 0;
   static constexpr double kDefaultErrorTolerance = 1e-6;
   static constexpr Index kMaxDefaultSteps = 30'000;
+  // The same for a problem with so many break points, each of which adds a step to every grid.
+  static constexpr Index MaxDefaultSteps(std::size_t break_points) {
+    return kMaxDefaultSteps / kDefaultSteps * (kDefaultSteps + static_cast<Index>(break_points));
+  }
   static constexpr double kMinErrorTolerance = 1e-13;  // below it rounding dominates
 
   // Whether steps or nodes are set.

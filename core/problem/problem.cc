@@ -166,6 +166,7 @@ std::vector<Violation> Validate(const Problem& problem) {
   const bool has_horizon = std::isfinite(problem.horizon) && problem.horizon > 0;
   if (!has_horizon) list.Add("T", NumberText(problem.horizon) + "; must be finite and greater than 0");
   CheckBreakPoints(problem.break_points, has_horizon ? problem.horizon : HUGE_VAL, list);
+  CheckStart(problem.y0, problem.rule, n, list);
   CheckSelector(problem.selector, problem.rule, n, list);
   CheckMass(problem, list);
   CheckOutputs(problem.outputs, m, n, list);

@@ -28,6 +28,7 @@ enum class SolutionRule {
   kLeastNorm,           // least ‖y‖₂; M positive semidefinite, or of any class for n <= 12
   kMinimizer,           // least ‖C y - b‖₂ with `Problem::selector`; the same M
   kSparsest,            // fewest y_i > 0, then least ‖y‖₂; M a P- or Z-matrix, or of any class for n <= 12
+  kHistory,             // the one that continues what was before, from `Problem::y0` on; event_driven only
 };
 
 // What kMinimizer minimizes over all solutions: ‖C y - b‖₂, as in Example 2.1 of [Chen & Xiang]. Where
@@ -49,7 +50,9 @@ struct Problem {
   std::vector<double> break_points;  // further times in (0, T) where f or g jumps or has a kink
   SolutionRule rule = SolutionRule::kAuto;
   std::optional<Selector> selector;  // with kMinimizer, and only then
-  StructuredMatrix E = {};           // m × m, nonsingular; 0 × 0 stands for the identity
+  std::optional<Vector> y0;  // with kHistory, and only then: n entries >= 0; the first solution has y_i > 0 where
+                             // these are positive, if there is one
+  StructuredMatrix E = {};   // m × m, nonsingular; 0 × 0 stands for the identity
   Outputs outputs = {};
   std::vector<Measurement> measurements = {};
 

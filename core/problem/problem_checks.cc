@@ -73,6 +73,19 @@ void CheckInitialState(const Vector& x0, Index m, ViolationList& list) {
   list.AddNonFiniteComponents(x0, "x0");
 }
 
+void CheckStart(const std::optional<Vector>& y0, SolutionRule rule, Index n, ViolationList& list) {
+  if (!y0) return;
+  if (rule != SolutionRule::kHistory) list.Add("y0", "given; only the rule history starts from one");
+  if (y0->size() != n) {
+    list.Add("y0", std::to_string(y0->size()) + " components; must be n = " + std::to_string(n) + " (from M)");
+  }
+  for (Index i = 0; i < y0->size(); ++i) {
+    const double value = (*y0)[i];
+    if (std::isfinite(value) && value >= 0) continue;
+    list.Add("y0[" + std::to_string(i) + "]", NumberText(value) + "; must be finite and at least 0");
+  }
+}
+
 void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list) {
   const bool needed = rule == SolutionRule::kMinimizer;
   if (needed && !selector) list.Add("selector", "missing; the rule minimizer needs C and b");

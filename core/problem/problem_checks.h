@@ -31,6 +31,7 @@ void CheckInitialState(const Vector& x0, Index m, ViolationList& list);
 
 // Checks that `selector` is given if and only if `rule` needs it, that C is k × n, that b has k components, and that
 // all entries are finite.
+void CheckStart(const std::optional<Vector>& y0, SolutionRule rule, Index n, ViolationList& list);
 void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list);
 
 // Checks names (FaultOfParameterName()) and that values are finite. Fields are named parameters.NAME.

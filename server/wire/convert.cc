@@ -84,6 +84,8 @@ v1::SolutionRule ToProto(SolutionRule rule) {
       return v1::SOLUTION_RULE_MINIMIZER;
     case SolutionRule::kSparsest:
       return v1::SOLUTION_RULE_SPARSEST;
+    case SolutionRule::kHistory:
+      return v1::SOLUTION_RULE_HISTORY;
   }
   return v1::SOLUTION_RULE_UNSPECIFIED;
 }
@@ -154,12 +156,14 @@ SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violat
       return SolutionRule::kMinimizer;
     case v1::SOLUTION_RULE_SPARSEST:
       return SolutionRule::kSparsest;
+    case v1::SOLUTION_RULE_HISTORY:
+      return SolutionRule::kHistory;
     default:
       break;
   }
   violations.push_back(
       {"rule", fmt::format("{}; this server does not know this rule (0 automatic, 1 unique, "
-                           "2 least element, 3 hidden least element, 4 least norm, 5 minimizer, 6 sparsest)",
+                           "2 least element, 3 hidden least element, 4 least norm, 5 minimizer, 6 sparsest, 7 history)",
                            static_cast<int>(rule))});
   return SolutionRule::kAuto;
 }
@@ -193,6 +197,7 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
   result.horizon = problem.horizon();
   result.break_points.assign(problem.break_points().begin(), problem.break_points().end());
   result.rule = RuleFromProto(problem.rule(), violations);
+  if (problem.y0_size() > 0) result.y0 = VectorFromProto(problem.y0());
   if (problem.has_e()) result.E = StructuredMatrixFromProto(problem.e(), "E", violations, &parameters);
   if (problem.has_selector())
     result.selector = SelectorFromProto(problem.selector(), DeclaredRows(problem.m()), violations);
@@ -293,6 +298,7 @@ v1::Problem ToProto(const Problem& problem) {
     *result.mutable_selector()->mutable_c() = ToProto(problem.selector->C);
     Append(problem.selector->b, *result.mutable_selector()->mutable_b());
   }
+  if (problem.y0) Append(*problem.y0, *result.mutable_y0());
   if (problem.has_mass()) *result.mutable_e() = ToProto(problem.E);
   if (problem.outputs.size() > 0) *result.mutable_outputs() = ToProto(problem.outputs);
   for (const Measurement& measurement : problem.measurements) *result.add_measurements() = ToProto(measurement);

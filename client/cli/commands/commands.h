@@ -39,7 +39,7 @@ struct SolveCommand {
 
 struct EnsembleCommand {
   SolveCommand solve;        // the problem and how to solve its members
-  std::string members_path;  // "-" is standard input
+  std::string members_path;  // "-" is standard input; empty: the points of .step in a deck
 };
 
 struct AnalyzeCommand {
@@ -137,6 +137,7 @@ struct WorkersCommand {
 // Each prints its result on standard output and everything else on standard error.
 ExitCode Run(const SolveCommand& command);
 ExitCode Run(const EnsembleCommand& command);
+ExitCode RunSweep(const EnsembleCommand& command);  // without MEMBERS
 ExitCode Run(const AnalyzeCommand& command);
 ExitCode Run(const LcpCommand& command);
 ExitCode Run(const DcpCommand& command);

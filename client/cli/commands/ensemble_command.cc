@@ -83,6 +83,7 @@ ExitCode ExitCodeOfSummary(const v1::EnsembleSummary& summary) {
 
 ExitCode Run(const EnsembleCommand& command) {
   const SolveCommand& solve = command.solve;
+  if (command.members_path.empty()) return RunSweep(command);
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(solve.problem_path, solve.server, solve.rule);
   if (!input.ok()) return PrintError(input.status(), kBadInput);
   if (!solve.quiet) input->PrintNotes();

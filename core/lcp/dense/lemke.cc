@@ -15,6 +15,7 @@ Lemke::Lemke(Index n)
     : n_(n),
       tableau_(n, (n + 2 + kAlign - 1) / kAlign * kAlign),
       basic_(n),
+      first_(n),
       nonbasic_(n + 1),
       column_(2 * n + 1),
       ray_(n) {
@@ -32,7 +33,7 @@ void Lemke::Load(const ScaledLcp& lcp) {
     const double entry = lcp.q[i] < 0 && lcp.q[i] >= -lcp.tolerance[i] ? 0 : lcp.q[i];
     tableau_(i, right()) = entry;
     largest = std::max(largest, std::abs(entry));
-    basic_[i] = i;
+    basic_[i] = first_[i] = i;
     column_[i] = kNone;
   }
   for (Index j = 0; j <= n_; ++j) {
@@ -43,8 +44,7 @@ void Lemke::Load(const ScaledLcp& lcp) {
 }
 
 LemkeEnd Lemke::Run(const ScaledLcp& lcp, double zero, Basis& basis) {
-  const Index kArtificial = 2 * n_;
-  const Index max_pivots = 500 + 20 * n_;  // skew matrices with n = 400 took 7 n
+  rule_ = LemkeTies::kLexicographic;
   Load(lcp);
   pivots_ = 0;
   // The lexicographically smallest row of (q, I): of equal entries the last.
@@ -54,6 +54,64 @@ LemkeEnd Lemke::Run(const ScaledLcp& lcp, double zero, Basis& basis) {
   }
   std::fill(basis.begin(), basis.end(), std::uint8_t{0});
   if (tableau_(row, right()) >= 0) return LemkeEnd::kBasis;
+  return FollowFrom(row, zero, basis);
+}
+
+LemkeEnd Lemke::Follow(const ScaledLcp& lcp, double zero, LemkeTies rule, Basis& basis) {
+  Load(lcp);
+  rule_ = rule;
+  pivots_ = 0;
+  if (!Enter(basis, zero)) return LemkeEnd::kRay;
+  const auto values = tableau_.col(right());
+  const double rounding = 1e-15 * values.cwiseAbs().maxCoeff();
+  Index row = kNone;
+  for (Index i = 0; i < n_; ++i) {
+    const bool is_violated = values[i] < -rounding;
+    tableau_(i, column_[2 * n_]) = is_violated ? -1 : 0;
+    if (!is_violated) {
+      tableau_(i, right()) = std::max(0.0, values[i]);
+    } else if (row == kNone || values[i] <= values[row]) {
+      row = i;
+    }
+  }
+  if (row == kNone) return LemkeEnd::kBasis;
+  return FollowFrom(row, zero, basis);
+}
+
+// Makes y_S basic for w_S, the largest pivot first. False if M_SS is singular.
+bool Lemke::Enter(const Basis& basis, double zero) {
+  std::vector<Index> rows, columns;
+  for (Index i = 0; i < n_; ++i) {
+    if (!basis[i]) continue;
+    rows.push_back(i);
+    columns.push_back(i);
+  }
+  while (!rows.empty()) {
+    std::size_t row = 0, column = 0;
+    double largest = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      for (std::size_t j = 0; j < columns.size(); ++j) {
+        const double entry = std::abs(tableau_(rows[i], columns[j]));
+        if (entry <= largest) continue;
+        largest = entry;
+        row = i;
+        column = j;
+      }
+    }
+    if (!(largest > zero)) return false;
+    Pivot(rows[row], columns[column]);
+    rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(row));
+    columns.erase(columns.begin() + static_cast<std::ptrdiff_t>(column));
+  }
+  first_ = basic_;
+  return true;
+}
+
+// From the row in which z₀ becomes basic.
+LemkeEnd Lemke::FollowFrom(Index row, double zero, Basis& basis) {
+  const Index kArtificial = 2 * n_;
+  const Index max_pivots = 500 + 20 * n_;  // skew matrices with n = 400 took 7 n
+  std::fill(basis.begin(), basis.end(), std::uint8_t{0});
   Index entering = kArtificial;
   while (pivots_ < max_pivots) {
     LookForStop();
@@ -94,19 +152,26 @@ Index Lemke::RatioTest(Index entering_column, double zero) {
     if (basic_[i] == 2 * n_) return i;  // z₀ reaches zero: done
     ties_.push_back(i);
   }
+  if (rule_ != LemkeTies::kLexicographic) {
+    const auto pair = [this](Index row) { return basic_[row] % n_; };
+    const auto [first, last] =
+        std::minmax_element(ties_.begin(), ties_.end(), [&](Index a, Index b) { return pair(a) < pair(b); });
+    return rule_ == LemkeTies::kFirst ? *first : *last;
+  }
   BreakTie(entering_column);
-  return *std::max_element(ties_.begin(), ties_.end(),
-                           [&](Index a, Index b) { return column[a] < column[b]; });
+  return *std::max_element(ties_.begin(), ties_.end(), [&](Index a, Index b) { return column[a] < column[b]; });
 }
 
 // Keeps those rows of ties_ whose row of the inverse, divided by the entry in the entering column, is
-// lexicographically least. In exact arithmetic that is one row. The inverse stands in the columns of w.
+// lexicographically least. In exact arithmetic that is one row. The inverse stands in the columns of the variables that
+// were basic first, w without a guess.
 void Lemke::BreakTie(Index entering_column) {
   constexpr double kEqual = 1e-11;
   for (Index k = 0; k < n_ && ties_.size() > 1; ++k) {
+    const Index first = first_[k];
     const auto ratio = [&](Index i) {
-      const double of_w = column_[k] == kNone ? (basic_[i] == k ? 1 : 0) : tableau_(i, column_[k]);
-      return of_w / tableau_(i, entering_column);
+      const double of_first = column_[first] == kNone ? (basic_[i] == first ? 1 : 0) : tableau_(i, column_[first]);
+      return of_first / tableau_(i, entering_column);
     };
     double least = std::numeric_limits<double>::infinity();
     for (const Index i : ties_) least = std::min(least, ratio(i));

@@ -13,6 +13,9 @@ namespace dlcs {
 
 enum class LemkeEnd { kBasis, kRay, kPivotLimit };
 
+// Which of several variables that fall to zero together leaves the basis.
+enum class LemkeTies { kLexicographic, kFirst, kLast };
+
 // Follows the path of w - M y - e z₀ = q from z₀ = ∞ with a dense tableau of the nonbasic columns; ties in the ratio
 // test are broken lexicographically, so it cannot cycle. Finds a solution wherever there is one if M is a P-matrix,
 // positive semidefinite (copositive-plus) or strictly semicopositive, and for many other matrices.
@@ -33,6 +36,11 @@ class Lemke {
   // direction.
   LemkeEnd Run(const ScaledLcp& lcp, double zero, Basis& basis);
 
+  // The same from the solution of `basis` for another q: the path of w - M y - d z₀ = q in which d is 1 for what the
+  // basis violates, y_i in it or w_i off it, and 0 for the others. kRay if the basis is singular.
+  // Where M is of no class, a path that ends in a ray by one rule for ties may lead to a solution by another.
+  LemkeEnd Follow(const ScaledLcp& lcp, double zero, LemkeTies rule, Basis& basis);
+
   // The y-part of the secondary ray, scaled. For copositive-plus M it proves that there is no solution.
   const Vector& ray() const { return ray_; }
 
@@ -45,6 +53,8 @@ class Lemke {
   Index right() const { return n_ + 1; }  // the column of the right-hand side
 
   void Load(const ScaledLcp& lcp);
+  bool Enter(const Basis& basis, double zero);
+  LemkeEnd FollowFrom(Index row, double zero, Basis& basis);
   Index RatioTest(Index entering_column, double zero);
   void BreakTie(Index entering_column);
   void Pivot(Index row, Index column);
@@ -54,10 +64,12 @@ class Lemke {
   // Variables are w (n), y (n) and z₀. Columns: those that are not basic (n + 1), and the right-hand side.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> tableau_;
   std::vector<Index> basic_;     // the variable that is basic in a row
+  std::vector<Index> first_;     // the variable that was, at the start of the path
   std::vector<Index> nonbasic_;  // the variable of a column
   std::vector<Index> column_;    // of a variable, or kNone
   std::vector<Index> ties_;
   Vector ray_;
+  LemkeTies rule_ = LemkeTies::kLexicographic;
   Index pivots_ = 0;
 };
 

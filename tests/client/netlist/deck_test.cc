@@ -128,6 +128,16 @@ TEST(DeckTest, ModelsBecomePiecewiseLinearDiodesByAStatedRule) {
   EXPECT_DOUBLE_EQ(Named(tangent, "D1").diode.forward, slope * (std::log(1e12) - 1));
   EXPECT_DOUBLE_EQ(Named(tangent, "D1").diode.on_resistance, 0.05 + slope);
   EXPECT_THAT(tangent.notes, AllOf(Contains(HasSubstr("cjo is ignored")), Contains(HasSubstr("tangent at 1 A"))));
+  // Chords are exact at their points: 0.1, 1 and 10 A.
+  const Deck chords = Good(circuit + ".model DX D(IS=1e-12 N=2 RS=0.05)\n", {.diode = DiodeRule::kPiecewise});
+  const DiodeModel& diode = Named(chords, "D1").diode;
+  ASSERT_EQ(diode.further.size(), 2);
+  for (const double amperes : {0.1, 1.0, 10.0}) {
+    const double volts = slope * std::log1p(amperes / 1e-12) + 0.05 * amperes;
+    double sum = (volts - diode.forward) / diode.on_resistance;
+    for (const auto& [forward, ohms] : diode.further) sum += std::max(0.0, volts - forward) / ohms;
+    EXPECT_NEAR(sum, amperes, 1e-9 * amperes);
+  }
   const Deck ideal = Good(circuit + ".model DX D(IS=1e-12 N=2 RS=0.05)\n", {.diode = DiodeRule::kIdeal});
   EXPECT_EQ(Named(ideal, "D1").diode.forward, 0);
   EXPECT_EQ(Named(ideal, "D1").diode.on_resistance, 0);
@@ -145,12 +155,77 @@ TEST(DeckTest, ReadsSwitchesCouplingsAndControls) {
   EXPECT_EQ(Named(deck, "S1").switching.off_resistance, 1e9);
   EXPECT_EQ(Named(deck, "W1").switching.threshold, 1e-3);
   EXPECT_EQ(deck.circuit.couplings.size(), 3);
-  EXPECT_EQ(Named(deck, "F1").control_element, 0);
-  EXPECT_EQ(Named(deck, "H1").value, 5);
-  EXPECT_EQ(Named(deck, "B1").kind, ElementKind::kCcvs);
-  EXPECT_EQ(Named(deck, "B1#1").value, 2);
-  EXPECT_EQ(std::get<ConstantWave>(Named(deck, "B1#2").source).value, 1);
-  EXPECT_EQ(Named(deck, "B2").kind, ElementKind::kVccs);
+  EXPECT_EQ(Named(deck, "F1").controls.front().element, 0);
+  EXPECT_EQ(Named(deck, "F1").controls.front().factor, 3);
+  EXPECT_EQ(Named(deck, "H1").kind, ElementKind::kControlledVoltage);
+  EXPECT_EQ(Named(deck, "B1").value, 1);
+  ASSERT_EQ(Named(deck, "B1").controls.size(), 2);
+  EXPECT_EQ(Named(deck, "B1").controls[0].factor, 2);   // V(a,b)
+  EXPECT_EQ(Named(deck, "B1").controls[1].factor, -1);  // I(V1)
+  EXPECT_EQ(Named(deck, "B2").kind, ElementKind::kControlledCurrent);
+}
+
+TEST(DeckTest, ReadsTablesPolynomialsAndPiecewiseLinearExpressions) {
+  const Deck deck = Good(
+      "V1 a 0 1\n"
+      "E1 b 0 TABLE {2*V(a)} = (-1,-5) (1,5)\n"
+      "E2 c 0 a b TABLE=(-1,-5,1,5)\n"
+      "G1 0 d POLY(2) a 0 b 0 1 2 3\n"
+      "F1 0 d POLY(1) V1 4\n"
+      "E3 e 0 (a,0) 5\n"
+      "E4 f 0 VALUE {V(a)-1}\n"
+      "B1 g 0 V=limit(3*V(a), -1, 1) + 2*I(R1)\n"
+      "R1 d 0 1\n" +
+      std::string(kRest));
+  EXPECT_EQ(Named(deck, "E1").controls[0].factor, 2);
+  EXPECT_THAT(Named(deck, "E1").transfer->y, ElementsAre(-5, 5));
+  EXPECT_THAT(Named(deck, "E2").transfer->x, ElementsAre(-1, 1));
+  EXPECT_EQ(Named(deck, "G1").value, 1);
+  EXPECT_EQ(Named(deck, "G1").controls[1].factor, 3);
+  EXPECT_EQ(Named(deck, "F1").controls[0].factor, 4);
+  EXPECT_EQ(Named(deck, "E3").controls[0].factor, 5);
+  EXPECT_EQ(Named(deck, "E4").value, -1);
+  EXPECT_THAT(Named(deck, "B1#1").transfer->x, ElementsAre(-1, 1));
+  EXPECT_EQ(Named(deck, "B1#1").controls[0].factor, 3);
+  EXPECT_EQ(Named(deck, "B1").controls.size(), 2);
+}
+
+TEST(DeckTest, ReadsResistancesOfPartsAndIgnoresTheirRatings) {
+  const Deck deck =
+      Good("V1 a 0 1 Rser=0.1\nC2 a 0 47u Rser=10m V=25 mfg=X\nL1 a b 33u Rpar=1k Ipk=3\nR1 b 0 1 tol=1\n" +
+           std::string(kRest));
+  EXPECT_EQ(Named(deck, "C2#rser").value, 0.01);
+  EXPECT_EQ(Named(deck, "C2").plus, Named(deck, "C2#rser").minus);
+  EXPECT_EQ(Named(deck, "L1#rpar").value, 1e3);
+  EXPECT_EQ(Named(deck, "V1#rser").value, 0.1);
+  EXPECT_THAT(deck.notes, Contains(HasSubstr("ipk is ignored")));
+}
+
+TEST(DeckTest, StepsAreTheCombinationsOfTheirValues) {
+  const Deck deck = Good(
+      ".step param R 1 2 0.5\n.step dec param C 1u 100u 1\n.step param k list 7 5\n.param R=3\n"
+      "R1 a 0 {R}\nC2 a 0 {C}\nV1 a 0 {k}\n" +
+      std::string(kRest));
+  ASSERT_EQ(deck.steps.size(), 3);
+  EXPECT_THAT(deck.steps[0].values, ElementsAre(1, 1.5, 2));
+  EXPECT_EQ(deck.steps[1].values.size(), 3);
+  EXPECT_DOUBLE_EQ(deck.steps[1].values[2], 100e-6);
+  EXPECT_EQ(Named(deck, "C2").value, 1e-6);
+  const auto points = PointsOf(deck.steps);
+  ASSERT_TRUE(points.ok());
+  ASSERT_EQ(points->size(), 18);
+  EXPECT_EQ((*points)[1].label, "R=1.5, C=1e-06, k=7");
+  EXPECT_EQ(Named(Good("R1 a 0 {R}\n.param R=3\n" + std::string(kRest), {.parameters = {{"r", 8}}}), "R1").value, 8);
+}
+
+// What a model says is meant where it is written.
+TEST(DeckTest, ModelsAreReadWhereTheyAreDefined) {
+  const Deck deck = Good(
+      ".param r=5\n.model DX D(RON={r})\nX1 a 0 NET r=7\n.subckt NET p q r=1\nD1 p q DX\nR1 p q {r}\n.ends\n"
+      "V1 a 0 1\n" +
+      std::string(kRest));
+  EXPECT_EQ(Named(deck, "X1.D1").diode.on_resistance, 5);
+  EXPECT_EQ(Named(deck, "X1.R1").value, 7);
 }
 
 TEST(DeckTest, NotesWhatItLeavesOut) {
@@ -204,7 +279,11 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault(rest + ".subckt NET a b\nR1 a b 1\n"), HasSubstr(".subckt NET has no .ends"));
   EXPECT_THAT(Fault(".ends\n" + rest), HasSubstr(".ends without .subckt"));
   EXPECT_THAT(Fault(".magic\n" + rest), HasSubstr(".magic is not supported"));
-  EXPECT_THAT(Fault(".step param r 1 2 1\n" + rest), HasSubstr(".step is not supported"));
+  EXPECT_THAT(Fault(".step param r 1 2 0\nR1 a 0 1\n" + rest), HasSubstr("do not lead from 1 to 2"));
+  EXPECT_THAT(Fault(".step temp 1 2 1\nR1 a 0 1\n" + rest), HasSubstr(".step param NAME"));
+  EXPECT_THAT(Fault(".step param r 1 2 1\n.step param R 1 2 1\nR1 a 0 1\n" + rest), HasSubstr("stepped twice"));
+  EXPECT_THAT(Fault("R1 a 0 1\nC2 a 0 1u lser=1n\n" + rest), HasSubstr("write it as an element"));
+  EXPECT_THAT(Fault("R1 a 0 1\n.tran 1m startup\n"), HasSubstr("startup of .tran is not supported"));
   EXPECT_THAT(Fault("R1 a 0 1\nC1 a 0 1u\n"), HasSubstr("no .tran"));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1u 0\n"), HasSubstr("TSTOP"));
   EXPECT_THAT(Fault(".tran 1u 1m\n.tran 1u 2m\nR1 a 0 1\n"), HasSubstr("a second .tran"));
@@ -214,8 +293,9 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1)\n" + rest), HasSubstr("pairs"));
   EXPECT_THAT(Fault("F1 a 0 R1 2\nR1 a 0 1\n" + rest), HasSubstr("is no voltage source"));
   EXPECT_THAT(Fault("K1 L1 L2 0.5\nL1 a 0 1\n" + rest), HasSubstr("\"L2\" is no inductor"));
-  EXPECT_THAT(Fault("K1 L1 L2 1\nL1 a 0 1\nL2 a 0 1\n" + rest), HasSubstr("coupling of 1"));
-  EXPECT_THAT(Fault("E1 a 0 POLY(1) b 0 1 2\n" + rest), HasSubstr("POLY is not supported"));
+  EXPECT_THAT(Fault("K1 L1 L2 1.1\nL1 a 0 1\nL2 a 0 1\n" + rest), HasSubstr("at most 1"));
+  EXPECT_THAT(Fault("E1 a 0 POLY(1) b 0 1 2 3\n" + rest), HasSubstr("powers or products"));
+  EXPECT_THAT(Fault("E1 a 0 LAPLACE {V(a)} = {1/s}\n" + rest), HasSubstr("LAPLACE is not supported"));
   EXPECT_THAT(Fault("B1 a 0 V={V(a)**2}\n" + rest), HasSubstr("not linear"));
   EXPECT_THAT(Fault("+ R1 a 0 1\n" + rest), HasSubstr("+ continues a line"));
   EXPECT_THAT(Fault(".ic V(nix)=1\nR1 a 0 1\n" + rest), HasSubstr("\"nix\" is no node"));

@@ -147,7 +147,8 @@ TEST_P(PowerBalance, IsZero) {
 
 INSTANTIATE_TEST_SUITE_P(Decks, PowerBalance,
                          ::testing::Values("rlc", "half-wave", "bridge", "three-phase", "doubler", "clamp", "buck",
-                                           "boost", "buck-boost", "cuk", "sepic", "flyback", "half-bridge"),
+                                           "boost", "buck-boost", "cuk", "sepic", "flyback", "half-bridge", "forward",
+                                           "llc", "snubber", "oscillator", "hysteretic-buck"),
                          [](const auto& info) {
                            std::string name = info.param;
                            std::erase(name, '-');
@@ -197,6 +198,31 @@ TEST(NetlistTest, ATableHasAllItsRows) {
        {"4e-05", "8e-05", "0.00012", "0.00016", "0.0002", "0.00024", "0.00028", "0.00032", "0.00036"}) {
     EXPECT_THAT(outcome.out, HasSubstr(std::string(time) + " "));
   }
+}
+
+// 1 and 2 kilohm have their own matrices, 5 and 10 V share them.
+TEST(NetlistTest, AStepIsAnEnsembleOfItsPoints) {
+  const std::string deck = WriteDeck(
+      "V1 in 0 {v}\nR1 in out {R}\nC1 out 0 1u IC=0\n.param R=1k\n.step param v list 5 10\n"
+      ".step param R 1k 2k 1k\n.tran 1u 2m uic\n.print v(out)\n");
+  const ProgramOutcome outcome = RunDlcs("ensemble " + deck + " --format csv --at 2e-3 --tolerance 1e-10 --quiet");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, ::testing::StartsWith("member,label,t,v(out)\n"));
+  for (const double volts : {5.0, 10.0}) {
+    for (const double kiloohms : {1.0, 2.0}) {
+      const std::string label = fmt::format("\"v={:g}, R={:g}\",0.002,", volts, 1000 * kiloohms);
+      const std::size_t at = outcome.out.find(label);
+      ASSERT_NE(at, std::string::npos) << outcome.out;
+      EXPECT_NEAR(std::stod(outcome.out.substr(at + label.size())), volts * (1 - std::exp(-2 / kiloohms)), 1e-8);
+    }
+  }
+  const ProgramOutcome table = RunDlcs("ensemble " + deck + " --quiet");
+  EXPECT_THAT(table.out, AllOf(HasSubstr("4 solved"), HasSubstr("v(out)"), HasSubstr("v=10, R=2000")));
+  const ProgramOutcome solve = RunDlcs("solve " + deck + " --quiet");
+  EXPECT_EQ(solve.code, 2);
+  EXPECT_THAT(solve.err, HasSubstr("dlcs ensemble"));
+  EXPECT_THAT(RunDlcs("ensemble " + ProjectPath("deploy/examples/rectifier.json")).err,
+              HasSubstr("MEMBERS is missing"));
 }
 
 TEST(NetlistTest, SaysWhyACircuitHasNoSolution) {

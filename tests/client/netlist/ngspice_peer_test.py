@@ -86,16 +86,18 @@ class NgspicePeerTest(unittest.TestCase):
             self.assertLess(difference[k], agreement, f"{output}: ngspice moved by {settled[k]:.2g}")
 
     def test_resistors_inductors_capacitors_and_sources(self):
-        self.compare((DECKS / "rlc.cir").read_text(), 0.02, 1e-7, 1e-6)
+        for name in ("rlc", "transformer"):
+            with self.subTest(name):
+                self.compare((DECKS / f"{name}.cir").read_text(), 0.02, 1e-7, 1e-6)
 
     def test_rectifiers(self):
-        for name, stop in (("half-wave", 0.03), ("bridge", 0.02)):
+        for name, stop in (("half-wave", 0.03), ("bridge", 0.02), ("doubler", 0.02)):
             with self.subTest(name):
                 deck = with_switches_for_diodes((DECKS / f"{name}.cir").read_text(), 0.01, stop)
                 self.compare(deck, stop, 1e-7, 1e-5)
 
     def test_converters(self):
-        for name in ("buck", "boost"):
+        for name in ("buck", "boost", "buck-boost", "half-bridge", "snubber"):
             with self.subTest(name):
                 deck = with_switches_for_diodes((DECKS / f"{name}.cir").read_text(), 0.01, 6e-5)
                 self.compare(deck, 6e-5, 5e-10, 1e-5)

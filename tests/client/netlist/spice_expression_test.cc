@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+
 namespace dlcs::client {
 namespace {
 
@@ -77,14 +81,58 @@ TEST(SpiceExpressionTest, NamesWhatIsWrong) {
 TEST(SpiceExpressionTest, KeepsLinearFunctionsOfVoltagesAndCurrents) {
   ParameterScope scope;
   scope.Define("gain", "3");
-  const auto value = scope.EvaluateLinear("2 + gain*(V(a, b) - 4)/2 - I(V1) + V(a,b)");
+  const PiecewiseMaker none = [](const LinearValue&, const PiecewiseLinear&) { return "v(none)"; };
+  const auto value = scope.EvaluateLinear("2 + gain*(V(a, b) - 4)/2 - I(V1) + V(a,b)", none);
   ASSERT_TRUE(value.ok()) << value.status();
   EXPECT_EQ(value->constant, -4);
   EXPECT_EQ(value->factors.at("v(a,b)"), 2.5);
   EXPECT_EQ(value->factors.at("i(v1)"), -1);
-  EXPECT_THAT(scope.EvaluateLinear("V(a)*V(b)").status().message(), HasSubstr("not linear"));
-  EXPECT_THAT(scope.EvaluateLinear("sin(V(a))").status().message(), HasSubstr("not linear"));
-  EXPECT_THAT(scope.EvaluateLinear("V(a) > 1 ? 1 : 2").status().message(), HasSubstr("not linear"));
+  const auto fault = [&](const char* text) { return std::string(scope.EvaluateLinear(text, none).status().message()); };
+  EXPECT_THAT(fault("V(a)*V(b)"), HasSubstr("not linear"));
+  EXPECT_THAT(fault("sin(V(a))"), HasSubstr("not linear"));
+  EXPECT_THAT(fault("V(a) == 1 ? 1 : 2"), HasSubstr("equal"));
+  EXPECT_THAT(fault("V(a) > 1 ? V(b) : 2"), HasSubstr("between numbers"));
+  EXPECT_THAT(fault("V(a) ? 1 : 2"), HasSubstr("comparison"));
+}
+
+// What the functions of a made up voltage are, at some of its values.
+TEST(SpiceExpressionTest, MakesPiecewiseLinearFunctions) {
+  const auto at = [](const std::string& text, double volts) {
+    std::map<std::string, double> values = {{"v(a)", volts}};
+    const PiecewiseMaker make = [&values](const LinearValue& argument, const PiecewiseLinear& function) {
+      double x = argument.constant;
+      for (const auto& [name, factor] : argument.factors) x += factor * values.at(name);
+      double y = function.y.front() + function.slope_before * std::min(0.0, x - function.x.front()) +
+                 function.slope_after * std::max(0.0, x - function.x.back());
+      for (std::size_t k = 1; k < function.x.size(); ++k) {
+        const double run = function.x[k] - function.x[k - 1];
+        const double part = run > 0 ? std::clamp((x - function.x[k - 1]) / run, 0.0, 1.0) : (x > function.x[k] ? 1 : 0);
+        y += part * (function.y[k] - function.y[k - 1]);
+      }
+      const std::string name = "v( " + std::to_string(values.size()) + ")";
+      values[name] = y;
+      return name;
+    };
+    ParameterScope scope;
+    const auto value = scope.EvaluateLinear(text, make);
+    EXPECT_TRUE(value.ok()) << value.status();
+    double sum = value.ok() ? value->constant : 0;
+    if (value.ok()) {
+      for (const auto& [name, factor] : value->factors) sum += factor * values.at(name);
+    }
+    return sum;
+  };
+  for (const double x : {-3.0, -0.5, 0.25, 1.5, 7.0}) {
+    EXPECT_DOUBLE_EQ(at("max(V(a), 1) + min(2*V(a), 3, V(a)+1)", x), std::max(x, 1.0) + std::min({2 * x, 3.0, x + 1}));
+    EXPECT_DOUBLE_EQ(at("abs(V(a)-1) + uramp(-V(a))", x), std::abs(x - 1) + std::max(0.0, -x));
+    EXPECT_DOUBLE_EQ(at("limit(10*V(a), -5, 5)", x), std::clamp(10 * x, -5.0, 5.0));
+    EXPECT_DOUBLE_EQ(at("V(a) > 1 ? 5 : 2", x), x > 1 ? 5 : 2);
+    EXPECT_DOUBLE_EQ(at("if(V(a)<0 || V(a)>1, 1, 0) + u(V(a)) + sgn(V(a))", x),
+                     (x < 0 || x > 1) + (x > 0) + (x > 0 ? 1 : -1));
+    EXPECT_DOUBLE_EQ(at("!(V(a)>0 && V(a)<2) ? 1 : 0", x), !(x > 0 && x < 2));
+    EXPECT_DOUBLE_EQ(at("table(V(a), -1, 2, 1, 4)", x), std::clamp(x + 3, 2.0, 4.0));
+    EXPECT_DOUBLE_EQ(at("pwl(V(a), -1, 2, 1, 4)", x), x + 3);
+  }
 }
 
 }  // namespace

@@ -189,7 +189,7 @@ TEST(CircuitProblemTest, RefusesWhatHasNoAnswer) {
 TEST(CircuitProblemTest, ASwitchKeepsTheMatricesAndItsGateIsInG) {
   Element closing = Part(ElementKind::kSwitch, "S1", 1, 2, 0);
   closing.switching = {.threshold = 0.5, .on_resistance = 1};
-  closing.control_plus = 3;
+  closing.controls = {{.plus = 3}};
   Circuit circuit = CircuitOf(
       {"0", "in", "out", "g"},
       {Source("V1", 1, 0, ConstantWave{10}), closing, Capacitor("C1", 2, 0, 1e-3), Resistor("R1", 2, 0, 1e3),
@@ -211,13 +211,100 @@ TEST(CircuitProblemTest, NumbersThatOverflowAreRefused) {
   EXPECT_THAT(MessageOf(circuit), HasSubstr("overflow"));
 }
 
-TEST(CircuitProblemTest, ASwitchThatTheCircuitControlsIsRefused) {
+// A thermostat: a switch charges a capacitor until it is 0.1 V above 5 V, and again when it is 0.1 V below.
+TEST(CircuitProblemTest, ASwitchThatTheCircuitControlsFollowsItsHysteresis) {
   Element closing = Part(ElementKind::kSwitch, "S1", 1, 2, 0);
-  closing.control_plus = 2;
-  const Circuit circuit = CircuitOf(
-      {"0", "in", "out"},
-      {Source("V1", 1, 0, ConstantWave{1}), closing, Capacitor("C1", 2, 0, 1e-3), Resistor("R1", 2, 0, 1)}, 1);
-  EXPECT_THAT(MessageOf(circuit), AllOf(HasSubstr("S1"), HasSubstr("controlled by the circuit itself")));
+  closing.switching = {.threshold = 0, .hysteresis = 0.1, .on_resistance = 1};
+  closing.controls = {{.plus = 3, .minus = 2}};
+  Circuit circuit = CircuitOf({"0", "in", "out", "ref"},
+                              {Source("V1", 1, 0, ConstantWave{10}), closing, Source("V2", 3, 0, ConstantWave{5}),
+                               Capacitor("C1", 2, 0, 1e-3), Resistor("R1", 2, 0, 4)},
+                              20e-3);
+  circuit.uses_initial_conditions = true;
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->problem.rule, SolutionRule::kHistory);
+  // Exactly: towards 8 V with 0.8 ms while it is closed, towards 0 with 4 ms while it is open.
+  double t = 0, v = 0;
+  bool closed = true;
+  for (;;) {
+    const double to = closed ? 8 : 0, rate = closed ? 1 / 0.8e-3 : 1 / 4e-3, level = closed ? 5.1 : 4.9;
+    const double next = t + std::log((v - to) / (level - to)) / rate;
+    if (next > circuit.horizon) {
+      v = to + (v - to) * std::exp(-rate * (circuit.horizon - t));
+      break;
+    }
+    t = next;
+    v = level;
+    closed = !closed;
+  }
+  const Solution solution = SolveForEnd(made->problem);
+  EXPECT_NEAR(solution.x(0, 0), v, 1e-5);
+}
+
+// Of a comparator with feedback to its input the period is 2 R C ln((1 + b)/(1 - b)).
+TEST(CircuitProblemTest, AComparatorWithFeedbackOscillates) {
+  Element comparator = Part(ElementKind::kControlledVoltage, "B1", 1, 0, 0);
+  comparator.controls = {{.plus = 2, .minus = 3}};
+  comparator.transfer = PiecewiseLinear{.x = {0, 0}, .y = {-5, 5}};
+  Circuit circuit = CircuitOf({"0", "out", "p", "n"},
+                              {comparator, Resistor("R1", 1, 2, 1e4), Resistor("R2", 2, 0, 1e4),
+                               Resistor("R3", 1, 3, 1e4), Capacitor("C1", 3, 0, 1e-8)},
+                              1e-3);
+  circuit.uses_initial_conditions = true;
+  EXPECT_THAT(MessageOf(circuit), AllOf(HasSubstr("several solutions at 0"), HasSubstr("B1"), HasSubstr(".ic")));
+  circuit.node_voltages = {{1, 5}};
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  const double tau = 1e-4, first = tau * std::log(2.0), half = tau * std::log(3.0);
+  const int halves = static_cast<int>((circuit.horizon - first) / half);
+  const double left = circuit.horizon - first - halves * half;
+  const double sign = halves % 2 == 0 ? -1 : 1;  // of the output
+  const double v = sign * 5 * (1 - 1.5 * std::exp(-left / tau));
+  const Solution solution = SolveForEnd(made->problem);
+  EXPECT_NEAR(solution.x(0, 0), v, 1e-5);
+  Options stepping;
+  stepping.method = Method::kTimeStepping;
+  stepping.step = 1e-6;
+  const Solution refused = testing::SolveWith(made->problem, stepping);
+  EXPECT_EQ(refused.termination, Termination::kUnsupported);
+  EXPECT_THAT(refused.message, HasSubstr("history"));
+}
+
+// An amplifier with a gain of 1000 that saturates, with feedback: -10 times its input, but at most 5 V.
+TEST(CircuitProblemTest, AnAmplifierSaturates) {
+  Element amplifier = Part(ElementKind::kControlledVoltage, "E1", 3, 0, 0);
+  amplifier.controls = {{.minus = 2}};
+  amplifier.transfer = PiecewiseLinear{.x = {-5e-3, 5e-3}, .y = {-5, 5}};
+  const auto output = [&](double volts) {
+    const Circuit circuit =
+        CircuitOf({"0", "in", "n", "out", "c"},
+                  {Source("V1", 1, 0, ConstantWave{volts}), Resistor("R1", 1, 2, 1e3), Resistor("R2", 2, 3, 1e4),
+                   amplifier, Resistor("R3", 3, 4, 1e3), Capacitor("C1", 4, 0, 1e-6)},
+                  1e-3);
+    const auto made = MakeCircuitProblem(circuit);
+    EXPECT_TRUE(made.ok()) << made.status();
+    return made.ok() ? made->problem.x0[0] : 0;
+  };
+  EXPECT_NEAR(output(0.2), -2 / (1 + 11.0 / 1000), 1e-9);
+  EXPECT_NEAR(output(2), -5, 1e-9);
+  EXPECT_NEAR(output(-2), 5, 1e-9);
+}
+
+// With a coupling of 1 a secondary with 100 ohm and four times the inductance is 25 ohm beside the primary.
+TEST(CircuitProblemTest, ACouplingOfOneIsAnIdealTransformer) {
+  Circuit circuit = CircuitOf({"0", "in", "a", "b"},
+                              {Source("V1", 1, 0, ConstantWave{10}), Resistor("R0", 1, 2, 1),
+                               Inductor("L1", 2, 0, 0.01), Inductor("L2", 3, 0, 0.04), Resistor("R1", 3, 0, 100)},
+                              0.02);
+  circuit.couplings = {{"K1", 2, 3, 1}};
+  circuit.uses_initial_conditions = true;
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_THAT(made->state_names, ElementsAre("i_L1"));
+  const double rate = (25.0 / 26) / 0.01;
+  const Solution solution = SolveForEnd(made->problem);
+  EXPECT_NEAR(solution.x(0, 0), 10 * (1 - std::exp(-rate * circuit.horizon)), 1e-5);
 }
 
 }  // namespace

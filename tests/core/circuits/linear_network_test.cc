@@ -62,9 +62,8 @@ TEST(LinearNetworkTest, PowerBalancesForAllResistances) {
 
 TEST(LinearNetworkTest, FindsControlledSources) {
   // A voltage follower of gain 1e6: v(2) = 1e6 (v(1) - v(2)).
-  Branch amplifier = {.plus = 2, .minus = 0, .role = BranchRole::kControlledVoltage, .order = 1, .gain = 1e6};
-  amplifier.control_plus = 1;
-  amplifier.control_minus = 2;
+  Branch amplifier = {.plus = 2, .minus = 0, .role = BranchRole::kControlledVoltage, .order = 1};
+  amplifier.controls = {{.factor = 1e6, .plus = 1, .minus = 2}};
   const auto made = LinearNetwork::Create(3, {Voltage(1, 0), amplifier, Resistor(2, 0, 50)});
   EXPECT_NEAR(std::get<LinearNetwork>(made).Potential(2)[0], 1e6 / (1e6 + 1), 1e-15);
 }
@@ -86,8 +85,8 @@ TEST(LinearNetworkTest, NamesLoopsCutsetsAndFloatingNodes) {
 
 TEST(LinearNetworkTest, NamesDependentEquations) {
   // v(2) = v(2): any value.
-  Branch follower = {.plus = 2, .minus = 0, .role = BranchRole::kControlledVoltage, .order = 1, .gain = 1};
-  follower.control_plus = 2;
+  Branch follower = {.plus = 2, .minus = 0, .role = BranchRole::kControlledVoltage, .order = 1};
+  follower.controls = {{.plus = 2}};
   const auto made = LinearNetwork::Create(3, {Voltage(1, 0), follower, Resistor(1, 2, 1)});
   EXPECT_EQ(std::get<NetworkFault>(made).kind, NetworkFault::Kind::kSingular);
 }

@@ -46,6 +46,29 @@ Solution SolveAt(const Problem& problem, double tolerance, std::vector<double> t
 }
 constexpr double kNoTolerance = 0;
 
+// A relay with hysteresis: x' = 1 - 2u, and u goes to 1 where x rises to 0 and to 0 where x falls to -1/2. So x is a
+// triangle with a period of 1.
+TEST(EventDrivenTest, ARelayKeepsItsStateWithinItsHysteresis) {
+  Problem problem;
+  problem.A = Matrix::Zero(1, 1);
+  problem.B = (Matrix(1, 2) << -2, 0).finished();
+  problem.N = (Matrix(2, 1) << -1, 0).finished();
+  problem.M = (Matrix(2, 2) << -0.5, 1, -1, 0).finished();
+  problem.f = TimeFunction::Constant(Vector::Ones(1));
+  problem.g = TimeFunction::Constant(Vector{{0, 1}});
+  problem.x0 = Vector::Constant(1, -0.25);
+  problem.horizon = 10;
+  problem.break_points = {2.125, 6.5};
+  problem.rule = SolutionRule::kHistory;
+  for (const double start : {0.0, 1.0}) {
+    problem.y0 = Vector{{start, start}};
+    const Solution solution = SolveAt(problem, 1e-10, {1.0, 10.0});
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    for (Index k = 0; k < 2; ++k) EXPECT_NEAR(solution.x(0, k), -0.25, 1e-9);
+    EXPECT_EQ(solution.y(0, 1), start);
+  }
+}
+
 Vector LastState(const Solution& solution) { return solution.x.col(solution.x.cols() - 1); }
 
 // Where the active set changes, the start left out.

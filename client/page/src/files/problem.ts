@@ -44,6 +44,7 @@ const rules: {[word: string]: SolutionRule} = {
   'least-norm': SolutionRule.LEAST_NORM,
   minimizer: SolutionRule.MINIMIZER,
   sparsest: SolutionRule.SPARSEST,
+  history: SolutionRule.HISTORY,
 };
 
 /** Throws a JsonError if `text` is not JSON. There is a file if and only if there are no errors. */
@@ -98,6 +99,7 @@ function readLinear(root: JsonObject, reader: Reader): ProblemFile {
   problem.g = g;
   problem.rule =
     typeof root.rule === 'string' ? (rules[root.rule] ?? SolutionRule.UNSPECIFIED) : SolutionRule.UNSPECIFIED;
+  if ('y0' in root) problem.y0 = readVector(root.y0, ['y0'], reader) ?? [];
   if (isObject(root.selector)) {
     const {C, b} = root.selector;
     const c = C === undefined ? null : readMatrix(C, ['selector', 'C'], reader);

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ensembles of the points of .step in a deck.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/cli/commands/command_support.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/commands/interrupt.h"
+#include "client/cli/output/atomic_file.h"
+#include "client/cli/output/ensemble_output.h"
+#include "client/cli/output/message_json.h"
+#include "client/cli/output/terminal.h"
+#include "client/files/json_text.h"
+#include "client/netlist/netlist.h"
+
+namespace dlcs::client {
+namespace {
+
+// Points whose matrices and rule are equal are members of one ensemble, and share its set-up.
+bool ShareMatrices(const v1::Problem& one, const v1::Problem& other) {
+  const auto is_same = [](const auto& a, const auto& b) { return a.SerializeAsString() == b.SerializeAsString(); };
+  return is_same(one.a(), other.a()) && is_same(one.b(), other.b()) && is_same(one.n(), other.n()) &&
+         is_same(one.m(), other.m()) && one.rule() == other.rule() && std::ranges::equal(one.y0(), other.y0());
+}
+
+std::vector<std::vector<std::size_t>> GroupsOf(const std::vector<SweptNetlist>& sweep) {
+  std::vector<std::vector<std::size_t>> groups;
+  for (std::size_t k = 0; k < sweep.size(); ++k) {
+    const auto group = std::find_if(groups.begin(), groups.end(), [&](const std::vector<std::size_t>& members) {
+      return ShareMatrices(sweep[members.front()].netlist.problem, sweep[k].netlist.problem);
+    });
+    if (group == groups.end()) {
+      groups.push_back({k});
+    } else {
+      group->push_back(k);
+    }
+  }
+  return groups;
+}
+
+v1::SolveEnsembleRequest RequestOf(const SolveCommand& command, const std::vector<SweptNetlist>& sweep,
+                                   const std::vector<std::size_t>& group) {
+  v1::SolveEnsembleRequest request;
+  const v1::Problem& first = sweep[group.front()].netlist.problem;
+  *request.mutable_problem() = first;
+  if (command.rule) request.mutable_problem()->set_rule(*command.rule);
+  *request.mutable_options() = command.options;
+  bool same_end = true;
+  for (const std::size_t k : group) {
+    const v1::Problem& problem = sweep[k].netlist.problem;
+    v1::EnsembleMember& member = *request.add_members();
+    *member.mutable_x0() = problem.x0();
+    *member.mutable_f() = problem.f();
+    *member.mutable_g() = problem.g();
+    member.set_label(sweep[k].label);
+    if (problem.horizon() == first.horizon()) continue;
+    member.set_horizon(problem.horizon());
+    same_end = false;
+  }
+  if (command.format == OutputFormat::kTable && same_end && command.options.output_times().empty()) {
+    request.mutable_options()->add_output_times(first.horizon());
+  }
+  return request;
+}
+
+void Add(const v1::EnsembleSummary& part, v1::EnsembleSummary& sum) {
+  sum.set_solved(sum.solved() + part.solved());
+  sum.set_reached(sum.reached() + part.reached());
+  sum.set_failed(sum.failed() + part.failed());
+  sum.set_stopped(sum.stopped() + part.stopped());
+  sum.set_not_begun(sum.not_begun() + part.not_begun());
+  sum.set_seconds(sum.seconds() + part.seconds());
+  sum.set_setup_hits(sum.setup_hits() + part.setup_hits());
+  sum.set_setup_misses(sum.setup_misses() + part.setup_misses());
+  if (!part.message().empty()) sum.set_message(part.message());
+}
+
+}  // namespace
+
+ExitCode RunSweep(const EnsembleCommand& command) {
+  const SolveCommand& solve = command.solve;
+  const auto text = ReadTextFile(solve.problem_path);
+  if (!text.ok()) return PrintError(text.status(), kBadInput);
+  const std::string source = SourceName(solve.problem_path);
+  if (!IsDeck(*text, solve.problem_path)) {
+    return PrintError(
+        absl::InvalidArgumentError(
+            "MEMBERS is missing: a file with what each member replaces; only a deck with .step needs none"),
+        kBadInput);
+  }
+  const auto sweep = ReadSweep(*text, source, FolderOfDeck(solve.problem_path), {});
+  if (!sweep.ok()) return PrintError(sweep.status(), kBadInput);
+  if (sweep->front().label.empty()) {
+    return PrintError(
+        absl::InvalidArgumentError(fmt::format("{}: there is no .step; give a file with members", source)), kBadInput);
+  }
+  for (const std::string& note : sweep->front().netlist.notes) {
+    if (!solve.quiet) PrintNotice(note);
+  }
+  const auto output = OpenOutput(solve.output, {solve.problem_path});
+  if (!output.ok()) return PrintError(output.status(), kBadInput);
+  std::FILE* out = *output ? (*output)->stream() : stdout;
+  const Interrupt interrupt;
+  const auto backend = MakeBackend(solve.server, solve.quiet);
+  if (!backend.ok()) return PrintError(backend.status(), kBadInput);
+
+  EnsembleTable table;
+  v1::EnsembleSummary summary;
+  std::vector<std::string> faults;
+  bool has_header = solve.format != OutputFormat::kCsv;
+  for (const std::vector<std::size_t>& group : GroupsOf(*sweep)) {
+    const auto on_member = [&](const MemberResult& member) {
+      MemberResult shown = member;
+      const SweptNetlist& point = (*sweep)[group[static_cast<std::size_t>(member.member)]];
+      shown.member = static_cast<std::int64_t>(group[static_cast<std::size_t>(member.member)]);
+      const auto outputs = EvaluateOutputs(point.netlist.outputs, shown.result, point.netlist.problem.horizon());
+      if (outputs.ok()) {
+        for (const std::string& limit : ReachedLimits(point.netlist.outputs, *outputs, shown.result.times)) {
+          faults.push_back(fmt::format("{}: {}", point.label, limit));
+        }
+        shown.result.outputs = ShownOutputs(point.netlist.outputs, *outputs);
+      } else {
+        faults.push_back(fmt::format("{}: {}", point.label, std::string(outputs.status().message())));
+      }
+      if (solve.format == OutputFormat::kTable) table.Add(shown);
+      if (solve.format == OutputFormat::kJson) PrintJson(shown, out);
+      if (!std::exchange(has_header, true)) PrintMemberOutputsHeader(shown.result.outputs.names, out);
+      if (solve.format == OutputFormat::kCsv) PrintMemberCsvLines(shown, out);
+    };
+    const auto part = (*backend)->SolveEnsemble(
+        RequestOf(solve, *sweep, group), on_member,
+        {.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt.token()});
+    if (!part.ok()) return PrintCallError(part.status(), source);
+    Add(*part, summary);
+    if (part->stopped() + part->not_begun() > 0) break;
+  }
+  if (solve.format == OutputFormat::kTable) {
+    const std::string& title = sweep->front().netlist.title;
+    table.Print(title.empty() ? source : title, summary, WidthOf(out), out);
+  }
+  const bool whole = summary.stopped() + summary.not_begun() == 0;
+  const absl::Status delivered = !*output ? FlushStream(stdout, "standard output")
+                                 : whole  ? (*output)->Commit()
+                                          : (*output)->CommitPartial();
+  if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
+  for (const std::string& fault : faults) fmt::print(stderr, "dlcs: {}\n", fault);
+  if (!whole) return kServiceFailed;
+  return summary.failed() > 0 || !faults.empty() ? kNoAnswer : kSolved;
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/circuits/first_branch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <set>
+#include <string>
+
+#include "core/circuits/circuit_names.h"
+#include "core/circuits/linear_network.h"
+#include "core/format_number.h"
+
+namespace dlcs {
+namespace {
+
+// Voltages are equal but for rounding.
+bool AreSame(double one, double other) {
+  return std::abs(one - other) <= 1e-6 * (1e-6 + std::abs(one) + std::abs(other));
+}
+
+// Leaves those of `among` with the least value of `cost`.
+template <typename Cost>
+void KeepLeast(const Cost& cost, std::vector<Index>& among) {
+  std::vector<double> costs;
+  for (const Index k : among) costs.push_back(cost(k));
+  const double least = *std::min_element(costs.begin(), costs.end());
+  std::vector<Index> kept;
+  for (std::size_t k = 0; k < among.size(); ++k) {
+    if (costs[k] == least || AreSame(costs[k], least)) kept.push_back(among[k]);
+  }
+  among = std::move(kept);
+}
+
+}  // namespace
+
+std::vector<Index> PossibleStarts(const BasicSolutions& solutions, const BranchVoltages& voltages,
+                                  const Circuit& circuit, const CircuitBranches& graph) {
+  std::vector<Index> among(solutions.solutions.size());
+  std::iota(among.begin(), among.end(), Index{0});
+  if (among.size() < 2) return among;
+  std::vector<Vector> values;
+  for (const BasicSolution& solution : solutions.solutions) {
+    values.emplace_back(voltages.constant + voltages.of_y * solution.y);
+  }
+  const auto clamps = static_cast<Index>(graph.clamps.size());
+  const auto gate = [&](Index solution, Index clamp) { return values[AsSize(solution)][clamp]; };
+  const auto count = [&](auto&& is_counted) {
+    return [&, is_counted](Index solution) {
+      int sum = 0;
+      for (Index c = 0; c < clamps; ++c) {
+        if (graph.clamps[AsSize(c)].is_gate && is_counted(solution, c)) ++sum;
+      }
+      return static_cast<double>(sum);
+    };
+  };
+  KeepLeast(count([&](Index solution, Index c) { return gate(solution, c) > 1e-9 && gate(solution, c) < 1 - 1e-9; }),
+            among);
+  KeepLeast(
+      [&](Index solution) {
+        double distance = 0;
+        for (std::size_t k = 0; k < circuit.node_voltages.size(); ++k) {
+          distance +=
+              std::abs(values[AsSize(solution)][clamps + static_cast<Index>(k)] - circuit.node_voltages[k].volts);
+        }
+        return distance;
+      },
+      among);
+  KeepLeast(count([&](Index solution, Index c) {
+              const Element& element = circuit.elements[AsSize(graph.clamps[AsSize(c)].element)];
+              return (gate(solution, c) > 0.5) != element.switching.starts_closed;
+            }),
+            among);
+  return among;
+}
+
+std::string ElementsThatDiffer(const BasicSolutions& solutions, const std::vector<Index>& among,
+                               const BranchVoltages& voltages, const Circuit& circuit, const CircuitBranches& graph) {
+  std::set<Index> elements;
+  for (const Index k : among) {
+    const Vector change =
+        voltages.of_y * (solutions.solutions[AsSize(k)].y - solutions.solutions[AsSize(among.front())].y);
+    for (std::size_t c = 0; c < graph.clamps.size(); ++c) {
+      if (std::abs(change[static_cast<Index>(c)]) > 1e-9) elements.insert(graph.clamps[c].element);
+    }
+  }
+  std::vector<std::string> names;
+  for (const Index element : elements) names.push_back(WithPlace(circuit.elements[AsSize(element)]));
+  return names.empty() ? "diodes" : ListText(names);
+}
+
+}  // namespace dlcs

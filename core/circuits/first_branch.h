@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which of several solutions a circuit starts with.
+
+#ifndef DLCS_CORE_CIRCUITS_FIRST_BRANCH_H_
+#define DLCS_CORE_CIRCUITS_FIRST_BRANCH_H_
+
+#include <string>
+#include <vector>
+
+#include "core/circuits/circuit.h"
+#include "core/circuits/circuit_branches.h"
+#include "core/lcp/dense/basic_solutions.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// Voltages as functions of y: of the nodes of `graph.clamps`, then of those of `circuit.node_voltages`.
+struct BranchVoltages {
+  Matrix of_y;
+  Vector constant;
+};
+
+// Those of `solutions` that the circuit may start with. Comparators with feedback have several: solutions in which a
+// gate is neither open nor closed are left out where there are others, then those farther than others from the given
+// node voltages, then those in which a switch is not as it starts.
+std::vector<Index> PossibleStarts(const BasicSolutions& solutions, const BranchVoltages& voltages,
+                                  const Circuit& circuit, const CircuitBranches& graph);
+
+// The elements of `graph.clamps` in which solutions differ, for messages.
+std::string ElementsThatDiffer(const BasicSolutions& solutions, const std::vector<Index>& among,
+                               const BranchVoltages& voltages, const Circuit& circuit, const CircuitBranches& graph);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_CIRCUITS_FIRST_BRANCH_H_

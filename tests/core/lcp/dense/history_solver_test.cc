@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lcp/dense/history_solver.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+namespace dlcs {
+namespace {
+
+// A comparator whose output u in [0, 1] is 1 above c = 0, and 0 below c = -2h: y = (u, what drives it beyond 1),
+// w = (-c - 2h u + y_2, 1 - u). Between the two it has three solutions.
+constexpr double kHysteresis = 0.25;
+
+struct Comparator {
+  HistorySolver solver{(Matrix(2, 2) << -2 * kHysteresis, 1, -1, 0).finished()};
+  Basis basis = {0, 0};
+  Vector y = Vector::Zero(2);
+
+  double At(double c) {
+    const LcpStatus verdict = solver.Solve(Vector{{-c, 1}}, Vector::Zero(2), basis, y);
+    EXPECT_EQ(verdict, LcpStatus::kSolved) << solver.Account().message;
+    return y[0];
+  }
+};
+
+TEST(HistorySolverTest, KeepsABranchWhileItLastsAndNeverRestsInTheMiddle) {
+  Comparator comparator;
+  for (const double c : {-2.0, -0.4, -0.01}) EXPECT_EQ(comparator.At(c), 0) << c;
+  for (const double c : {1e-9, 0.3, -0.2, -0.49}) EXPECT_EQ(comparator.At(c), 1) << c;
+  for (const double c : {-0.5 - 1e-9, -0.3, -1e-6}) EXPECT_EQ(comparator.At(c), 0) << c;
+  EXPECT_EQ(comparator.At(5), 1);
+  EXPECT_DOUBLE_EQ(comparator.y[1], 5 + 2 * kHysteresis);
+}
+
+// Two comparators that drive each other: a flip-flop keeps the bit that was set.
+TEST(HistorySolverTest, AFlipFlopKeepsItsBit) {
+  // e_1 = s_1 - u_2 + 1/2, e_2 = s_2 - u_1 + 1/2; y = (u_1, y_1, u_2, y_2).
+  const Matrix M = (Matrix(4, 4) << 0, 1, 1, 0, -1, 0, 0, 0, 1, 0, 0, 1, 0, 0, -1, 0).finished();
+  HistorySolver solver(M);
+  Basis basis = {1, 1, 0, 0};
+  Vector y(4);
+  const auto bit = [&](double set, double reset) {
+    const Vector q{{-set - 0.5, 1, -reset - 0.5, 1}};
+    EXPECT_EQ(solver.Solve(q, Vector::Zero(4), basis, y), LcpStatus::kSolved);
+    return std::pair(y[0], y[2]);
+  };
+  EXPECT_EQ(bit(0, 0), std::pair(1.0, 0.0));
+  EXPECT_EQ(bit(-1, 1), std::pair(0.0, 1.0));
+  EXPECT_EQ(bit(0, 0), std::pair(0.0, 1.0));
+  EXPECT_EQ(bit(1, -1), std::pair(1.0, 0.0));
+  EXPECT_EQ(bit(0, 0), std::pair(1.0, 0.0));
+}
+
+TEST(HistorySolverTest, SaysWhereThePathDoesNotEnd) {
+  HistorySolver solver(Matrix::Constant(1, 1, -1));
+  Basis basis = {0};
+  Vector y(1);
+  EXPECT_EQ(solver.Solve(Vector::Constant(1, -1), Vector::Zero(1), basis, y), LcpStatus::kRay);
+  EXPECT_FALSE(solver.Account().message.empty());
+}
+
+}  // namespace
+}  // namespace dlcs
