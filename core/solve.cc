@@ -113,9 +113,9 @@ absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& o
                                         : SolveUnlessStopped(solved, solved_with, observer, stop, setups, resume);
     if (!solution.ok()) return solution;
     const std::optional<Problem> of_period = ProblemOfPeriod(problem, options, *solution);
-    if (absl::Status measured = MeasureOutputs(of_period ? *of_period : problem, *solution); !measured.ok()) {
-      return measured;
-    }
+    const absl::Status measured =
+        MeasureOutputs(of_period ? *of_period : problem, !options.output_times_only, *solution);
+    if (!measured.ok()) return measured;
     if (!options.keep_pieces) solution->pieces.clear();
     return solution;
   } catch (const Stopped&) {

@@ -45,8 +45,8 @@ void AddPlainText(CLI::App& app, const std::string& name, std::string& value, co
     const bool is_plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
       return std::isalnum(c) != 0 || std::string_view("._/:@-,").find(static_cast<char>(c)) != std::string_view::npos;
     });
-    if (is_plain && !text.empty() && std::isalnum(static_cast<unsigned char>(text.front())) != 0) return "";
-    return fmt::format("\"{}\" must begin with a letter or digit and have only those and . _ / : @ - ,", text);
+    if (is_plain && !text.empty() && text.front() != '-') return "";
+    return fmt::format("\"{}\" must have only letters, digits and . _ / : @ - , and not begin with -", text);
   };
   app.add_option(name, value, help)->check(CLI::Validator(check, ""))->type_name(metavariable);
 }

@@ -9,6 +9,7 @@
 #include "client/files/mat_file.h"
 #include "client/files/npy_array.h"
 #include "client/files/npz_file.h"
+#include "client/files/petsc_file.h"
 #include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {
@@ -21,12 +22,14 @@ absl::StatusOr<StoredVariables> ParseByContent(std::string_view bytes, const Wan
   ReadingBudget budget;
   if (IsZip(bytes)) return ParseNpz(bytes, wanted, budget);
   if (IsMatFile(bytes)) return ParseMat(bytes, wanted, budget);
-  if (!bytes.starts_with(kNpyMagic)) {
-    return absl::InvalidArgumentError("is neither an .npy, an .npz nor a .mat file (of level 5, as save -v7 makes it)");
+  const bool is_petsc = IsPetscFile(bytes);
+  if (!is_petsc && !bytes.starts_with(kNpyMagic)) {
+    return absl::InvalidArgumentError(
+        "is neither an .npy, an .npz nor a .mat file (of level 5, as save -v7 makes it), nor a matrix of PETSc");
   }
   StoredVariables variables;
   variables.names.emplace_back();
-  if (wanted("")) variables.arrays.emplace("", ParseNpy(bytes, budget));
+  if (wanted("")) variables.arrays.emplace("", is_petsc ? ParsePetsc(bytes, budget) : ParseNpy(bytes, budget));
   return variables;
 }
 
@@ -42,7 +45,9 @@ std::string Listed(const std::vector<std::string>& names) {
 
 }  // namespace
 
-bool IsArrayFile(std::string_view bytes) { return IsZip(bytes) || IsMatFile(bytes) || bytes.starts_with(kNpyMagic); }
+bool IsArrayFile(std::string_view bytes) {
+  return IsZip(bytes) || IsMatFile(bytes) || IsPetscFile(bytes) || bytes.starts_with(kNpyMagic);
+}
 
 absl::StatusOr<StoredVariables> ParseArrayFile(std::string_view bytes, const std::string& source,
                                                const Wanted& wanted) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of arrays, told apart by their content: .npy, .npz and .mat.
+// Files of arrays, told apart by their content: .npy, .npz, .mat, and binary files of PETSc.
 
 #ifndef DLCS_CLIENT_FILES_ARRAY_FILE_H_
 #define DLCS_CLIENT_FILES_ARRAY_FILE_H_
@@ -16,8 +16,8 @@ namespace dlcs::client {
 // Whether `bytes` begin as such a file does.
 bool IsArrayFile(std::string_view bytes);
 
-// The arrays in `bytes`, the whole content of such a file. That of an .npy file has no name. Errors, which begin with
-// `source`: InvalidArgument if it is no such file, and those of ParseNpz() and ParseMat().
+// The arrays in `bytes`, the whole content of such a file. That of an .npy file or of PETSc has no name. Errors, which
+// begin with `source`: InvalidArgument if it is no such file, and those of ParseNpz() and ParseMat().
 absl::StatusOr<StoredVariables> ParseArrayFile(std::string_view bytes, const std::string& source, const Wanted& wanted);
 
 // One array of the file at `path`, by the name of its variable, which may be left out where the file holds only one.

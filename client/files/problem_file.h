@@ -27,8 +27,8 @@ using AgreementCheck = std::function<bool(const v1::TimeFunction& one, const v1:
                                           const v1::Problem& problem)>;
 
 // Reads the keys A B N M x0 T f g states pairs parameters pieces rule selector break_points outputs measurements and
-// the annotations; of a nonlinear problem ("kind": "nonlinear") f g x0 T states pairs parameters W break_points, where f
-// and g are lists of formulas in t, x1, ... and y1, ....
+// the annotations; of a nonlinear problem ("kind": "nonlinear") f g x0 T states pairs parameters W break_points, where
+// f and g are lists of formulas in t, x1, ... and y1, ....
 //
 // Matrices take the forms of matrix_json.h, f and g those of time_function_json.h; a missing source is zero. `pieces`
 // replaces both; f or g next to it is an error unless `agrees` says that they are equal. Only the format is checked

@@ -87,6 +87,9 @@ std::string WhyNot(const SolveCommand& command) {
     return "a solve on a server is not one of these ranks; leave out --server, and unset DLCS_SERVER";
   }
   if (command.problem_path == "-") return "standard input reaches one rank only; give a file that all ranks can read";
+  if (command.deadline_s != SolveCommand().deadline_s) {
+    return "--deadline: the clocks of ranks differ; the launcher has a limit, mpirun --timeout SECONDS";
+  }
   if (!command.plot.empty()) return "--plot: draw what --output has written, dlcs plot RESULT.json --output FILE.svg";
   return "";
 }
@@ -189,6 +192,7 @@ int RunOn(MpiWorld& world, const Arguments& arguments) {
 int main(int argc, char** argv) {
   using namespace dlcs::client;
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
+  setenv("NO_COLOR", "1", /*overwrite=*/0);  // mpirun gives ranks a terminal whatever reads its own output
   const Arguments arguments = Read(argc, argv);
   dlcs::MpiWorld world(argc, argv);
   return RunOn(world, arguments);

@@ -16,10 +16,17 @@
 namespace dlcs::client {
 namespace {
 
-// rows · f(t), without the functions of time that it does not need: each is searched for switching times. The first
-// function is 1.
+// rows · f(t) + constants, without the functions of time that it does not need: each is searched for switching times.
+// The first function of a lifted one is 1.
 TimeFunction RowsOf(const TimeFunction& function, const Matrix& rows, const Vector& constants) {
   TimeFunction chosen = function;
+  if (!function.is_lifted()) {  // constants alone
+    for (TimeFunction::Piece& piece : chosen.pieces) {
+      Vector& value = std::get<ConstantFunction>(piece.function).value;
+      value = (rows * value + constants).eval();
+    }
+    return chosen;
+  }
   Matrix lift = rows * function.lift.Dense();
   lift.col(0) += constants;
   const bool has_formulas = std::all_of(

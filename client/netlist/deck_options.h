@@ -11,8 +11,8 @@ namespace dlcs::client {
 
 // How the exponential of a `.model D` becomes a line.
 enum class DiodeRule {
-  kTangent,  // the tangent at `diode_current`: the forward voltage is where it meets no current, its slope the
-             // resistance
+  kTangent,    // the tangent at `diode_current`: the forward voltage is where it meets no current, its slope the
+               // resistance
   kPiecewise,  // chords between a hundredth, a tenth, once and ten times `diode_current`
   kIdeal,      // no voltage and no resistance
 };

@@ -134,6 +134,11 @@ absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, 
     }
     const bool is_word = !fields.words[k].is_expression && std::isalpha(static_cast<unsigned char>(text[0])) != 0;
     if (!in_parentheses && is_word) break;
+    if (name == "pwl" && values.size() % 2 == 0 && text.starts_with('+')) {
+      return DeckError(fields.Place(k), fmt::format("{} of PWL: a time after the one before in LTspice, since 0 in "
+                                                    "ngspice; write it without +",
+                                                    text));
+    }
     const auto value = ValueOf(*fields.line, fields.words[k], scope, notes);
     if (!value.ok()) return value.status();
     values.push_back(*value);

@@ -281,10 +281,11 @@ class ExpressionReader {
 
   LinearValue Primary() {
     const char first = Peek();
-    if (first == '(') {
+    if (first == '(' || first == '{') {
       ++at_;
       const LinearValue value = Choice();
-      if (!Take(")")) return Fail("\")\" is missing");
+      const char* close = first == '(' ? ")" : "}";
+      if (!Take(close)) return Fail(fmt::format("\"{}\" is missing", close));
       return value;
     }
     if (IsDigit(first) || first == '.') {

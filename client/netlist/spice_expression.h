@@ -11,7 +11,7 @@
 //     product    := signed (("*" | "/") signed)*
 //     signed     := ("+" | "-" | "!")* power
 //     power      := primary ("**" signed)?
-//     primary    := number | name | function "(" choice ("," choice)* ")" | "(" choice ")"
+//     primary    := number | name | function "(" choice ("," choice)* ")" | "(" choice ")" | "{" choice "}"
 
 #ifndef DLCS_CLIENT_NETLIST_SPICE_EXPRESSION_H_
 #define DLCS_CLIENT_NETLIST_SPICE_EXPRESSION_H_

@@ -269,7 +269,7 @@ absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
     system.grade = [&task](const Grid& grid) { return GradedForLayers(task.problem, grid); };
   }
   system.most_default_steps = Options::MaxDefaultSteps(system.break_points.size());
-  if (task.follows_event_driven) system.most_default_steps -= MaxDefaultEventWork(system.break_points.size());
+  if (task.follows_event_driven) system.most_default_steps -= kMaxDefaultEventWork;
   const Index most_of_paper = task.error_by_default ? kMaxDefaultPaperSteps : kMaxPaperSteps;
   const Index most_steps = IsPaper(task) ? most_of_paper : kMaxTrialSteps;
   std::vector<double> wanted;

@@ -87,7 +87,7 @@ struct Seconds {
 // The constants were measured on grids of one to three dimensions with m from 343 to 20,000 and n from 2 to 150, where
 // each prediction is within a factor of four. What they decide between differs by ten to a hundred.
 Seconds PredictSeconds(const Problem& problem, const Options& options, const FactorSize& factor) {
-  constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 11, kSetupIterations = 20;
+  constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 15, kSetupIterations = 20;
   constexpr double kLcpSetup = 3.5e-10, kLcp = 2e-9;
   constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
   constexpr double kState = 5e-8;  // sources, certificate and records of a step

@@ -12,11 +12,12 @@ namespace dlcs {
 inline constexpr double kDefaultEventTolerance = 1e-9;
 inline constexpr double kLargestEventTolerance = 0.1;
 
-// The part of Options::MaxDefaultSteps() for event_driven; the rest is for steps without events if it does not reach T.
+// The part of Options::kMaxDefaultSteps for event_driven; the rest is for steps without events if it does not reach T.
+inline constexpr Index kMaxDefaultEventWork = 27'800;
+// Its work for the default tolerance, in steps: each break point begins a mode, and others follow.
 inline Index MaxDefaultEventWork(std::size_t break_points) {
-  constexpr Index kPartsForSteps = 27;
-  const Index all = Options::MaxDefaultSteps(break_points);
-  return all - all / kPartsForSteps;
+  constexpr Index kOfABreakPoint = 150;
+  return kMaxDefaultEventWork + kOfABreakPoint * static_cast<Index>(break_points);
 }
 
 // Follows the system from mode to mode. In a mode (core/event_driven/mode.h) the system is a linear differential

@@ -108,8 +108,13 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   tolerance_ = kSearchTolerance * (abs_N_ * predicted_.cwiseAbs() + g_.cwiseAbs()) +
                abs_N_ * (ahead.uncertainty + kOfNoise * x_noise);
   LcpSolver& solver = *look.solver;
-  if (!history_.empty()) basis_ = history_;
-  proposal.verdict = solver.Solve(q_, tolerance_, basis_, y_);
+  bool is_found = false;
+  if (!guess_.empty()) {
+    basis_ = guess_;
+    is_found = solver.Solve(q_, tolerance_, basis_, y_) == LcpStatus::kSolved && basis_ == guess_;
+  }
+  if (!history_.empty() && !is_found) basis_ = history_;
+  proposal.verdict = is_found ? LcpStatus::kSolved : solver.Solve(q_, tolerance_, basis_, y_);
   ++lcps_;
   if (proposal.verdict != LcpStatus::kSolved) return proposal;
   proposal.kept_selection = solver.KeptSelection();
@@ -127,10 +132,12 @@ void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
   std::fill(basis_.begin(), basis_.end(), 0);
   for (const Index i : mode.active) basis_[i] = 1;
   basis_[guard] ^= 1;
+  if (!history_.empty()) guess_ = basis_;
 }
 
 void ModeSearch::Lasted(const Mode& mode) {
   if (history_.empty()) return;
+  guess_.clear();
   std::fill(history_.begin(), history_.end(), 0);
   for (const Index i : mode.active) history_[i] = 1;
 }

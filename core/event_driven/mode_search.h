@@ -51,7 +51,8 @@ class ModeSearch {
   // solution.
   void GuessAfter(const Mode& mode, Index guard);
 
-  // With the selection kHistory every search starts from the active set of the last mode that lasted: `mode` did.
+  // With the selection kHistory every search starts from the active set of the last mode that lasted: `mode` did. A
+  // guess of GuessAfter() is taken until then where it is a solution itself, to rounding.
   void Lasted(const Mode& mode);
 
   // The mode of `active`, kept; null where it has none.
@@ -79,6 +80,7 @@ class ModeSearch {
   std::map<std::vector<Index>, std::unique_ptr<Mode>> modes_;  // by their active sets; null where there is none
   Basis basis_;
   Basis history_;  // empty without kHistory
+  Basis guess_;    // empty where there is none
   Vector y_, f_begin_, f_end_, g_, predicted_, q_, tolerance_;
   LegendreSeries f_;
   Index lcps_ = 0;

@@ -133,8 +133,8 @@ absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matri
     case SolutionRule::kHistory:
       return p ? Selection::kUnique : Selection::kHistory;
   }
-  return InvalidField("rule",
-                      "not one of auto, unique, least-element, hidden-least-element, least-norm, minimizer, sparsest, history");
+  return InvalidField(
+      "rule", "not one of auto, unique, least-element, hidden-least-element, least-norm, minimizer, sparsest, history");
 }
 
 }  // namespace dlcs

@@ -317,7 +317,7 @@ bool HasMeasurements(const Problem& problem) {
   return !problem.measurements.empty() || !problem.outputs.limits.empty();
 }
 
-absl::Status MeasureOutputs(const Problem& problem, Solution& solution) {
+absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution& solution) {
   if (!HasMeasurements(problem)) return absl::OkStatus();
   for (const Measurement& one : problem.measurements) {
     solution.measurements.push_back({one.name, {}, {}, "the solve was stopped before it was measured."});
@@ -333,6 +333,12 @@ absl::Status MeasureOutputs(const Problem& problem, Solution& solution) {
         if (!reached.empty()) solution.reached_limits.push_back(std::move(reached));
       }
       for (const std::size_t k : batch.measurements) {
+        if (solution.pieces.empty() && !has_all_nodes) {
+          solution.measurements[k].reason = std::string("with ") + MethodName(solution.method) +
+                                            " the nodes are measured, and the trajectory has the output times alone: "
+                                            "ask for no output times, or for event-driven.";
+          continue;
+        }
         Found found = meter.Measure(problem.measurements[k]);
         MeasurementResult& result = solution.measurements[k];
         if (found.value && !std::isfinite(*found.value)) found = None("the value is not finite.");

@@ -17,8 +17,10 @@ bool HasMeasurements(const Problem& problem);
 // exact up to rounding, and crossings, minima and maxima are found by 65 samples on each piece and then to rounding
 // accuracy: two crossings of one piece between two samples are missed. A level is crossed where the quantity passes
 // from one side to the other; the passage may be a jump, and may rest on the level. What does not occur, or lies beyond
-// the end of the solution, has a reason in place of a value. Cost: some microseconds for each output and piece.
-absl::Status MeasureOutputs(const Problem& problem, Solution& solution);
+// the end of the solution, has a reason in place of a value. Without pieces the times of the trajectory must be all
+// nodes (`has_all_nodes`); between output times alone nothing is measured. Cost: some microseconds for each output and
+// piece.
+absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution& solution);
 
 }  // namespace dlcs
 

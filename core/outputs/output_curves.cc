@@ -14,10 +14,11 @@ class CurveMaker {
  public:
   explicit CurveMaker(OutputEvaluator evaluator) : evaluator_(std::move(evaluator)) {}
 
-  // The part [begin, end] of `piece`, where x and y are polynomials.
-  void AddPolynomials(const TrajectoryPiece& piece, double begin, double end, int halvings) {
-    constexpr int kMostHalvings = 20;
-    constexpr double kAccuracy = 1e-12;
+  // The part [begin, end] of `piece`, where x and y are polynomials. `tail` is that of a part twice as long, and empty
+  // for the whole. It falls by 2^-12 where h is smooth; where it hardly falls, what is left is rounding, or the cut of
+  // a y that is zero but for its error.
+  void AddPolynomials(const TrajectoryPiece& piece, double begin, double end, const Vector& tail) {
+    constexpr double kAccuracy = 1e-12, kHardlyFalls = 0.1;
     const LegendreVector& nodes = GetLegendreBasis().nodes;
     CurvePiece curve{begin, end, LegendreSeries(evaluator_.size(), kLegendreSize)};
     for (Index j = 0; j < kLegendreSize; ++j) {
@@ -30,14 +31,16 @@ class CurveMaker {
     const Vector size = curve.z.cwiseAbs().rowwise().maxCoeff();
     largest_ = largest_.size() > 0 ? Vector(largest_.cwiseMax(size)) : size;
     curve.z = InterpolateAtNodes(curve.z);
-    const bool fits = (EstimateTail(curve.z).array() <= kAccuracy * largest_.array()).all();
+    const Vector left = EstimateTail(curve.z);
+    auto fits = left.array() <= kAccuracy * largest_.array();
+    const bool is_enough = tail.size() > 0 ? (fits || left.array() >= kHardlyFalls * tail.array()).all() : fits.all();
     const double middle = curve.t_of(0);
-    if (fits || halvings == kMostHalvings || !(middle > begin && middle < end)) {
+    if (is_enough || !(middle > begin && middle < end)) {
       curves_.push_back(std::move(curve));
       return;
     }
-    AddPolynomials(piece, begin, middle, halvings + 1);
-    AddPolynomials(piece, middle, end, halvings + 1);
+    AddPolynomials(piece, begin, middle, left);
+    AddPolynomials(piece, middle, end, left);
   }
 
   void AddLines(const Solution& solution) {
@@ -73,7 +76,7 @@ absl::StatusOr<std::vector<CurvePiece>> OutputCurves(const Problem& problem, con
   } else {
     for (const TrajectoryPiece& piece : solution.pieces) {
       LookForStop();
-      if (piece.end > piece.begin) maker.AddPolynomials(piece, piece.begin, piece.end, 0);
+      if (piece.end > piece.begin) maker.AddPolynomials(piece, piece.begin, piece.end, Vector());
     }
   }
   return maker.Take();

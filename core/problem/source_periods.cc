@@ -132,7 +132,7 @@ bool IsMultiple(double period, double of) {
 }
 
 // A source of the problem, with what the check of its period needs.
-struct Source {
+struct PeriodicSource {
   const TimeFunction& function;
   Index size;
   std::string name;  // "f", "g"
@@ -174,7 +174,7 @@ struct Mismatch {
   Index component;
   double time, value, later;
 };
-std::vector<Mismatch> MismatchesOf(const Source& source, double begin, double period) {
+std::vector<Mismatch> MismatchesOf(const PeriodicSource& source, double begin, double period) {
   auto evaluator = TimeFunctionEvaluator::Create(source.function, source.size);
   if (!evaluator.ok()) return {};
   Vector now(source.size), later(source.size), size = Vector::Zero(source.size), worst = size;
@@ -198,12 +198,12 @@ std::vector<Mismatch> MismatchesOf(const Source& source, double begin, double pe
   return mismatches;
 }
 
-std::array<Source, 2> SourcesOf(const Problem& problem) {
+std::array<PeriodicSource, 2> PeriodicSources(const Problem& problem) {
   return {{{problem.f, problem.num_states(), "f"}, {problem.g, problem.num_constraints(), "g"}}};
 }
 
 // One period of data, which repeats by definition.
-bool IsOnePeriod(const Problem& problem, const Source& source, double period) {
+bool IsOnePeriod(const Problem& problem, const PeriodicSource& source, double period) {
   return IsData(source.function) && IsSame(problem.horizon, period);
 }
 
@@ -212,7 +212,7 @@ constexpr std::array<int, 12> kStarts = {0, 1, 2, 3, 4, 6, 8, 12, 16, 32, 64, 12
 
 // Whether all sources repeat from `begin` on, as far as they are known.
 bool Repeat(const Problem& problem, double begin, double period) {
-  for (const Source& source : SourcesOf(problem)) {
+  for (const PeriodicSource& source : PeriodicSources(problem)) {
     if (IsOnePeriod(problem, source, period)) {
       if (begin > 0) return false;
       continue;
@@ -231,21 +231,26 @@ std::optional<double> StartOfRepeating(const Problem& problem, double period) {
   return std::nullopt;
 }
 
-// The text of a component that is one formula, and its period.
-std::optional<double> PeriodOfComponent(const TimeFunction& function, Index component) {
-  if (function.is_lifted() || function.pieces.size() != 1) return std::nullopt;
+// The period of a formula in the component that `period` is no multiple of, if the function is one piece of formulas.
+std::optional<double> MissedPeriod(const TimeFunction& function, Index component, double period) {
+  if (function.pieces.size() != 1) return std::nullopt;
   const auto* formulas = std::get_if<FormulaFunction>(&function.pieces.front().function);
   if (!formulas) return std::nullopt;
-  const auto tree =
-      ReadFormula(formulas->formulas[static_cast<std::size_t>(component)], {.parameters = formulas->parameters});
-  return tree.ok() ? PeriodOf(*tree) : std::nullopt;
+  for (std::size_t k = 0; k < formulas->formulas.size(); ++k) {
+    const auto inner = static_cast<Index>(k);
+    const bool occurs = function.is_lifted() ? function.lift.Dense()(component, inner) != 0 : inner == component;
+    if (!occurs) continue;
+    const auto tree = ReadFormula(formulas->formulas[k], {.parameters = formulas->parameters});
+    const std::optional<double> own = tree.ok() ? PeriodOf(*tree) : std::nullopt;
+    if (own && *own > 0 && !IsMultiple(period, *own)) return own;
+  }
+  return std::nullopt;
 }
 
-void DescribeMismatch(const Source& source, const Mismatch& mismatch, double period, ViolationList& list) {
+void DescribeMismatch(const PeriodicSource& source, const Mismatch& mismatch, double period, ViolationList& list) {
   const std::string name = source.name + "[" + std::to_string(mismatch.component) + "]";
   const std::string value = NumberText(period);
-  const auto own = PeriodOfComponent(source.function, mismatch.component);
-  if (own && *own > 0 && !IsMultiple(period, *own)) {
+  if (const auto own = MissedPeriod(source.function, mismatch.component, period)) {
     list.Add("period", value + "; must be a multiple of the period of every source, and that of " + name + " is " +
                            NumberText(*own));
     return;
@@ -258,7 +263,7 @@ void DescribeMismatch(const Source& source, const Mismatch& mismatch, double per
 void CheckSources(const Problem& problem, double period, ViolationList& list) {
   if (StartOfRepeating(problem, period)) return;
   const int last = kStarts.back();
-  for (const Source& source : SourcesOf(problem)) {
+  for (const PeriodicSource& source : PeriodicSources(problem)) {
     if (IsOnePeriod(problem, source, period)) continue;
     double begin = last * period;
     if (IsData(source.function)) {
@@ -282,7 +287,7 @@ void CheckSources(const Problem& problem, double period, ViolationList& list) {
 
 // The first component of a source that depends on time, as "f[1]".
 std::optional<std::string> DependsOnTime(const Problem& problem) {
-  for (const Source& source : SourcesOf(problem)) {
+  for (const PeriodicSource& source : PeriodicSources(problem)) {
     auto evaluator = TimeFunctionEvaluator::Create(source.function, source.size);
     if (!evaluator.ok()) continue;
     Vector first(source.size), value(source.size);

@@ -113,9 +113,9 @@ std::string IterativeStep::WhyNot(const Problem& problem) {
 }
 
 double IterativeStep::ToleranceFor(const Options& options, Index steps) {
-  constexpr double kOfGivenSteps = 1e-10, kPart = 0.01;
-  if (!(options.error_tolerance > 0)) return kOfGivenSteps;
-  return std::clamp(kPart * options.error_tolerance / static_cast<double>(steps), kLeastTolerance, kOfGivenSteps);
+  constexpr double kMost = 1e-10, kPart = 0.01;
+  if (!(options.error_tolerance > 0)) return std::max(options.iteration_tolerance, kLeastTolerance);
+  return std::clamp(kPart * options.error_tolerance / static_cast<double>(steps), kLeastTolerance, kMost);
 }
 
 IterativeStep::System IterativeStep::Assemble(const StepRule& rule) {

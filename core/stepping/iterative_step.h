@@ -37,8 +37,8 @@ class IterativeStep {
  public:
   // The residual of a step that is reached whatever the numbers are, relative to the largest x or y and their terms.
   static constexpr double kLeastTolerance = 2e-13;
-  // The one that `options` leave room for in each of `steps`: in sum a hundredth of the error tolerance, or 1e-10 each
-  // where steps are given.
+  // The one for each of `steps`: in sum a hundredth of the error tolerance; where steps are given the iteration
+  // tolerance.
   static double ToleranceFor(const Options& options, Index steps);
 
   // Why a problem is not served; empty if it is. Cost: the entries of B, N and M.

@@ -108,6 +108,13 @@ void JobManager::ReclaimJobs() {
 }
 
 void JobManager::MeasureQueue() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (clock_.Elapsed() >= depth_wanted_until_) {
+      depth_ = {};
+      return;
+    }
+  }
   const absl::StatusOr<QueueDepth> depth = store_.MeasureQueue();
   if (!depth.ok()) return;
   const std::lock_guard lock(mutex_);

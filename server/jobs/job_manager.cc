@@ -20,6 +20,9 @@ constexpr std::chrono::seconds kPatienceWithTheStore{2};
 // The interval after which a job that does not fit is tried again; the end of another job is noticed at once.
 constexpr milliseconds kLookAgain{500};
 
+// The queue is measured while somebody asks for it at least this often: it costs the store a look at every job in it.
+constexpr std::chrono::minutes kInterestInDepth{3};
+
 absl::Status Draining() { return absl::UnavailableError("The server is shutting down: try another one, or later."); }
 
 }  // namespace
@@ -190,6 +193,7 @@ bool JobManager::Healthy() const {
 
 JobManager::Load JobManager::load() const {
   const std::lock_guard lock(mutex_);
+  depth_wanted_until_ = clock_.Elapsed() + kInterestInDepth;
   // The scheduler knows of jobs that came after the last poll, and not of all that are in the store.
   return {.queued = std::max<std::int64_t>(scheduler_.queued(), depth_.jobs),
           .queued_core_seconds = std::max(scheduler_.queued_core_seconds(), depth_.core_seconds),

@@ -113,7 +113,7 @@ class JobManager {
   // Whether the store answers and the manager is not draining.
   bool Healthy() const;
   struct Load {
-    // Of all servers that share the store, as of the last poll.
+    // Of all servers that share the store, as of the last poll; at the first call, what this server knows.
     std::int64_t queued = 0;
     double queued_core_seconds = 0;
     Duration oldest_queued_age{};
@@ -189,8 +189,9 @@ class JobManager {
   std::condition_variable idle_;   // nothing runs
   Scheduler scheduler_;
   std::map<JobId, Active> active_;
-  QueueDepth depth_;     // of the store, when it was last asked
-  Duration idle_since_;  // the last time that there was, or may have been, something to run
+  QueueDepth depth_;                       // of the store, when it was last asked
+  mutable Duration depth_wanted_until_{};  // load() was called a while before
+  Duration idle_since_;                    // the last time that there was, or may have been, something to run
   std::map<JobId, std::weak_ptr<EventLog>> logs_;
   // Notifications from the store: jobs that changed, that there are jobs to claim, and any notification at all.
   std::set<JobId> changed_jobs_;

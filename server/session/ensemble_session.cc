@@ -93,7 +93,7 @@ absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared
   absl::Status outputs_status;
   const auto finished = [&](Index member, Solution solution) {
     AddNames(prepared.ensemble.names, solution);
-    auto outputs = OutputsOfMember(prepared.ensemble, prepared.options, member);
+    auto outputs = OutputsOfMember(prepared.ensemble, prepared.ensemble.options, member);
     outputs_status.Update(outputs.status());
     if (!outputs.ok()) return;
     FinishedSolve solve(std::move(solution), *std::move(outputs), control.cause(), 1);

@@ -227,9 +227,10 @@ class WorkersTest(unittest.TestCase):
         done = subprocess.run(["bash", "-c", script.rstrip() + " --check-config\n"], capture_output=True, text=True,
                               env={"SLURM_ARRAY_JOB_ID": "17", "SLURM_ARRAY_TASK_ID": "3"})
         self.assertEqual(done.returncode, 0, done.stderr)
-        settings = dict(line.split("#")[0].strip().split(" = ", 1) for line in done.stdout.splitlines())
+        settings = {key: value.strip().strip('"') for key, _, value in
+                    (line.split("#")[0].partition(" = ") for line in done.stdout.splitlines())}
         self.assertEqual(settings["role"], "worker")
-        self.assertEqual(settings["store"], f'"{store}"')
+        self.assertEqual(settings["store"], store)
         self.assertEqual(settings["threads"], "3")
         self.assertEqual(settings["worker-name"], "slurm-17-3")
         self.assertEqual(settings["exit-when-idle"], "60")

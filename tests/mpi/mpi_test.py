@@ -21,9 +21,14 @@ import numpy as np
 MPIRUN, DLCS, DLCS_MPI, PROJECT = (pathlib.Path(word).resolve() for word in sys.argv[1:5])
 RANKS = (1, 2, 4)
 FOLDER = tempfile.TemporaryDirectory()
-# Ranks of one machine need no network; more of them than processors take turns.
-LAUNCHER = [str(MPIRUN), "--allow-run-as-root", "--oversubscribe", "--mca", "btl", "self,vader", "--bind-to", "none"]
-ENVIRONMENT = {**os.environ, "OMPI_MCA_btl_vader_single_copy_mechanism": "none"}
+# Ranks of one machine need no network, and take turns where they are more than processors, or other work goes on.
+LAUNCHER = [str(MPIRUN), "--allow-run-as-root", "--oversubscribe", "--bind-to", "none"]
+ENVIRONMENT = {
+    **os.environ,
+    "OMPI_MCA_btl": "self,vader",
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+}
 for variable in ("DLCS_MPI_RANKS", "DLCS_SERVER", "DLCS_CONTEXT"):
     ENVIRONMENT.pop(variable, None)
 
@@ -36,7 +41,7 @@ def path(name):
 
 
 def run(command, **kwargs):
-    return subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=200, check=False, **kwargs)
+    return subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=300, check=False, **kwargs)
 
 
 def model(name, *options):
@@ -148,22 +153,27 @@ class MpiTest(unittest.TestCase):
                 active = [(result.trajectory["y"] > 0) for result in (one, many)]
                 self.assertTrue((active[0] == active[1]).all())
                 iterations.append(int(many.propagator["linear_iterations"]))
-                self.assertEqual(one.propagator["set_changes"], many.propagator["set_changes"])
+                # Sets are looked at before the equations are solved to the end, so one more or less may be tried.
+                changes = [int(result.propagator["set_changes"]) for result in (one, many)]
+                self.assertLessEqual(abs(changes[0] - changes[1]), 1)
         self.assertLessEqual(max(iterations), 1.2 * min(iterations))
         return one
 
     # Many pairs.
 
     def test_implicit_euler_on_a_wall(self):
-        self.steps_agree(wall(12), *ITERATIVE, "--steps", "20", "--at", "0:0.25:1")
+        self.steps_agree(wall(8), *ITERATIVE, "--steps", "10", "--at", "0:0.25:1")
 
     def test_an_obstacle_bounds_states(self):
         # M = 0: the active set is one of states.
-        membrane = model("membrane", "obstacle", "--cells", "24", "--coefficient", "0.1", "--load", "-4*sin(6*t)")
-        self.steps_agree(membrane, *ITERATIVE, "--steps", "20", "--at", "0:0.25:1")
+        membrane = model(
+            "membrane",
+            *("obstacle", "--cells", "24", "--dimensions", "2", "--coefficient", "0.1", "--load", "-4*sin(6*t)"),
+        )
+        self.steps_agree(membrane, *ITERATIVE, "--steps", "10", "--at", "0:0.25:1")
 
     def test_two_stages_and_a_mass_matrix(self):
-        with open(wall(12), encoding="utf-8") as opened:
+        with open(wall(8), encoding="utf-8") as opened:
             problem = json.load(opened)
         size = len(problem["x0"])
         entries = [[k, k, 1 + 0.5 * (k % 2)] for k in range(size)]
@@ -172,13 +182,13 @@ class MpiTest(unittest.TestCase):
         file = path("mass.json")
         with open(file, "w", encoding="utf-8") as opened:
             json.dump(problem, opened)
-        one = self.steps_agree(file, *TWO_STAGES, "--steps", "20", "--at", "0.5,1")
-        self.assertEqual(int(one.cost["lcps"]), 41)
+        one = self.steps_agree(file, *TWO_STAGES, "--steps", "10", "--at", "0.5,1")
+        self.assertEqual(int(one.cost["lcps"]), 21)
 
     def test_systems_that_are_not_symmetric(self):
         # With convection and a mixed derivative, by GMRES.
         put = model("put", "american-option", "--cells", "16", "--dimensions", "2", "--correlation", "0.5")
-        self.steps_agree(put, *ITERATIVE, "--steps", "20", "--at", "0.5,1", ranks=(2, 4))
+        self.steps_agree(put, *ITERATIVE, "--steps", "10", "--at", "0.5,1", ranks=(2, 4))
 
     def test_smooth_intervals_start_alike(self):
         # g jumps, so y does, and the left limits are kept.
@@ -188,7 +198,7 @@ class MpiTest(unittest.TestCase):
         file = path("jump.json")
         with open(file, "w", encoding="utf-8") as opened:
             json.dump(problem, opened)
-        one = self.steps_agree(file, *ITERATIVE, "--steps", "20", "--at", "0,0.3,1", ranks=(2,))
+        one = self.steps_agree(file, *ITERATIVE, "--steps", "10", "--at", "0,0.3,1", ranks=(2,))
         self.assertTrue(one.document["trajectory"]["left_limits"])
 
     def test_the_error_is_controlled_alike(self):
@@ -239,7 +249,7 @@ class MpiTest(unittest.TestCase):
         # Columns of heat of the same size for each rank, one on the other.
         most = {}
         for ranks in (2, 4, 8):
-            options = [*ITERATIVE, "--steps", "20", "--at", "1", "--no-estimate-error"]
+            options = [*ITERATIVE, "--steps", "5", "--at", "1", "--no-estimate-error"]
             many = solve_on(ranks, column(8, 8 * ranks), *options, own=["--volume"])
             of_ranks = re.findall(r"sent \d+ messages with (\d+) bytes", many.errors)
             self.assertEqual(len(of_ranks), ranks, many.errors)
@@ -271,6 +281,7 @@ class MpiTest(unittest.TestCase):
         self.refused([*two, "analyze", wall(8)], "analyze: no command")
         self.refused([*two, "solve", "-"], "standard input")
         self.refused([*two, "solve", wall(8), "--server", "localhost:1"], "--server")
+        self.refused([*two, "solve", wall(8), "--deadline", "5"], "--deadline", "mpirun --timeout")
         self.refused([*two, "solve", path("none.json")], "none.json")
 
     def test_ranks_with_other_problems_are_refused(self):
@@ -292,6 +303,7 @@ class MpiTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("every rank did the same work", done.stderr)
         self.assertEqual(done.stdout.count("Certificate"), 1)
+        self.assertNotIn("\x1b", done.stdout)
 
     def test_a_rank_that_dies_ends_the_solve(self):
         output = path("never.json")

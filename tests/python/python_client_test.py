@@ -225,6 +225,7 @@ class OutputsTest(unittest.TestCase):
             self.assertRegex(sol.summary.measurements[1].reason, "at no time")
             with self.assertRaisesRegex(dlcs.InvalidArgument, "x0: is part of the problem"):
                 dlcs.solve(problem, x0=[0])
+            self.addCleanup(os.chdir, os.getcwd())
             os.chdir(folder)
             self.assertEqual(dlcs.read_deck("-charger.cir", dlcs=DLCS).message, problem.message)
 

@@ -17,7 +17,7 @@ namespace dlcs::client {
 // Whether it is one of .npy, .npz, HDF5, .mat and the raw file of SPICE.
 bool IsOfArrays(OutputFormat format);
 
-// The format that the ending of `path` names, in small or large letters: .csv, .json, .npy, .npz, .h5, .hdf5, .mat, .raw.
+// The format that the ending of `path` names, in small or large letters: .csv .json .npy .npz .h5 .hdf5 .mat .raw.
 struct NamedFormat {
   const char* word;  // of --format
   OutputFormat format;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,24 +23,22 @@
 namespace dlcs::client {
 namespace {
 
-// Points whose matrices and rule are equal are members of one ensemble, and share its set-up.
-bool ShareMatrices(const v1::Problem& one, const v1::Problem& other) {
-  const auto is_same = [](const auto& a, const auto& b) { return a.SerializeAsString() == b.SerializeAsString(); };
-  return is_same(one.a(), other.a()) && is_same(one.b(), other.b()) && is_same(one.n(), other.n()) &&
-         is_same(one.m(), other.m()) && one.rule() == other.rule() && std::ranges::equal(one.y0(), other.y0());
+// What the members of one ensemble have in common. Points with equal matrices share their set-up.
+std::string SharedPart(v1::Problem problem) {
+  problem.clear_x0();
+  problem.clear_f();
+  problem.clear_g();
+  problem.clear_horizon();
+  return problem.SerializeAsString();
 }
 
 std::vector<std::vector<std::size_t>> GroupsOf(const std::vector<SweptNetlist>& sweep) {
+  std::map<std::string, std::size_t> known;
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t k = 0; k < sweep.size(); ++k) {
-    const auto group = std::find_if(groups.begin(), groups.end(), [&](const std::vector<std::size_t>& members) {
-      return ShareMatrices(sweep[members.front()].netlist.problem, sweep[k].netlist.problem);
-    });
-    if (group == groups.end()) {
-      groups.push_back({k});
-    } else {
-      group->push_back(k);
-    }
+    const auto [group, is_new] = known.try_emplace(SharedPart(sweep[k].netlist.problem), groups.size());
+    if (is_new) groups.emplace_back();
+    groups[group->second].push_back(k);
   }
   return groups;
 }
@@ -110,27 +109,17 @@ ExitCode RunSweep(const EnsembleCommand& command) {
   const auto backend = MakeBackend(solve.server, solve.quiet);
   if (!backend.ok()) return PrintError(backend.status(), kBadInput);
 
+  const DisplayNames names = NamesIn(sweep->front().netlist.problem);
   EnsembleTable table;
   v1::EnsembleSummary summary;
-  std::vector<std::string> faults;
   bool has_header = solve.format != OutputFormat::kCsv;
   for (const std::vector<std::size_t>& group : GroupsOf(*sweep)) {
     const auto on_member = [&](const MemberResult& member) {
       MemberResult shown = member;
-      const SweptNetlist& point = (*sweep)[group[static_cast<std::size_t>(member.member)]];
       shown.member = static_cast<std::int64_t>(group[static_cast<std::size_t>(member.member)]);
-      const auto outputs = EvaluateOutputs(point.netlist.outputs, shown.result, point.netlist.problem.horizon());
-      if (outputs.ok()) {
-        for (const std::string& limit : ReachedLimits(point.netlist.outputs, *outputs, shown.result.times)) {
-          faults.push_back(fmt::format("{}: {}", point.label, limit));
-        }
-        shown.result.outputs = ShownOutputs(point.netlist.outputs, *outputs);
-      } else {
-        faults.push_back(fmt::format("{}: {}", point.label, std::string(outputs.status().message())));
-      }
       if (solve.format == OutputFormat::kTable) table.Add(shown);
       if (solve.format == OutputFormat::kJson) PrintJson(shown, out);
-      if (!std::exchange(has_header, true)) PrintMemberOutputsHeader(shown.result.outputs.names, out);
+      if (!std::exchange(has_header, true)) PrintMemberCsvHeader(names, 0, 0, out);
       if (solve.format == OutputFormat::kCsv) PrintMemberCsvLines(shown, out);
     };
     const auto part = (*backend)->SolveEnsemble(
@@ -149,9 +138,8 @@ ExitCode RunSweep(const EnsembleCommand& command) {
                                  : whole  ? (*output)->Commit()
                                           : (*output)->CommitPartial();
   if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
-  for (const std::string& fault : faults) fmt::print(stderr, "dlcs: {}\n", fault);
   if (!whole) return kServiceFailed;
-  return summary.failed() > 0 || !faults.empty() ? kNoAnswer : kSolved;
+  return summary.failed() > 0 ? kNoAnswer : kSolved;
 }
 
 }  // namespace dlcs::client

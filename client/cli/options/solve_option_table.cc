@@ -109,7 +109,8 @@ constexpr SolveOption kTable[] = {
      .flag = "--iteration-tolerance",
      .kind = kNumber,
      .value = "TOL",
-     .help = "Iterate until the estimated remaining change is below this, relative (1e-12)",
+     .help = "Iterate until the estimated remaining change is below this, relative (1e-12); for iterative steps their "
+             "residual",
      .rule = Within("above 0 and at most 1", 1e-300, 1)},
     {.field = "max_iterations",
      .flag = "--max-iterations",

@@ -95,9 +95,9 @@ void EnsembleTable::Print(const std::string& name, const v1::EnsembleSummary& su
   std::size_t shown = 0;
   for (const auto& [member, row] : rows_) shown = std::max(shown, row.values.size());
   for (std::size_t i = 0; i < shown; ++i) {
-    const std::string name = names_.outputs.empty() ? names_.OfX(i) : names_.outputs[i];
+    const std::string title = names_.outputs.empty() ? names_.OfX(i) : names_.outputs[i];
     columns.push_back(TextColumn(
-        name, rows_, [i](std::int64_t, const Row& row) { return i < row.values.size() ? Cell(row.values[i]) : "-"; }));
+        title, rows_, [i](std::int64_t, const Row& row) { return i < row.values.size() ? Cell(row.values[i]) : "-"; }));
   }
   PrintColumns(columns, rows_.size(), static_cast<std::size_t>(width), out);
 

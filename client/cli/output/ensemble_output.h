@@ -46,8 +46,6 @@ std::string CountText(const v1::EnsembleSummary& summary);
 // A header member,label,t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of a member.
 void PrintMemberCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, std::FILE* out);
 void PrintMemberCsvLines(const MemberResult& member, std::FILE* out);
-// The header member,label,t and the names of the outputs of a circuit, which take the place of x, y and w.
-void PrintMemberOutputsHeader(const std::vector<std::string>& names, std::FILE* out);
 
 }  // namespace dlcs::client
 

@@ -77,12 +77,6 @@ void PrintMemberCsvHeader(const DisplayNames& names, std::size_t states, std::si
 void PrintMemberCsvLines(const MemberResult& member, std::FILE* out) {
   const SolveResult& result = member.result;
   const std::string begin = fmt::format("{},{},", member.member, Quoted(member.label));
-  if (!result.outputs.names.empty()) {
-    for (std::size_t k = 0; k < result.times.size(); ++k) {
-      PrintLine(begin, result.times[k], result.outputs.at(k), {}, {}, out);
-    }
-    return;
-  }
   const std::vector<double> unknown(result.constraints, std::numeric_limits<double>::quiet_NaN());
   for (std::size_t k = 0; k < result.times.size(); ++k) {
     if (result.has_outputs()) {
@@ -91,12 +85,6 @@ void PrintMemberCsvLines(const MemberResult& member, std::FILE* out) {
     }
     PrintLine(begin, result.times[k], {result.x_at(k), result.y_at(k), result.has_w() ? result.w_at(k) : unknown}, out);
   }
-}
-
-void PrintMemberOutputsHeader(const std::vector<std::string>& names, std::FILE* out) {
-  fmt::print(out, "member,label,t");
-  for (const std::string& name : names) fmt::print(out, ",{}", Quoted(name));
-  fmt::print(out, "\n");
 }
 
 }  // namespace dlcs::client

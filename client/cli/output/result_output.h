@@ -19,8 +19,8 @@ namespace dlcs::client {
 void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w, std::FILE* out);
 void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out);
 
-// Verdict, trajectory (the outputs if there are any, else x, y and w), measurements and certificate. Columns that do not
-// fit into `width` characters follow in further blocks.
+// Verdict, trajectory (the outputs if there are any, else x, y and w), measurements and certificate. Columns that do
+// not fit into `width` characters follow in further blocks.
 void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out);
 
 }  // namespace dlcs::client

@@ -139,22 +139,14 @@ void PrintPeriodic(const SolveResult& result, int width, std::FILE* out) {
   const v1::Summary& summary = result.summary;
   const v1::PeriodicSolution& periodic = summary.periodic();
   if (!summary.has_periodic() || !(periodic.period() > 0)) return;
-  fmt::print(out, "
-Periodic solution
-");
-  fmt::print(out, "  period           {:.12g}{}
-", periodic.period(),
-             periodic.phase() > 0 ? fmt::format(", from t = {} on", Cell(periodic.phase())) : "");
-  fmt::print(out, "  found in         {} integrated, {} of Newton's method
-", Count(periodic.periods(), "period"),
+  fmt::print(out, "\nPeriodic solution\n");
+  const std::string phase = periodic.phase() > 0 ? fmt::format(", from t = {} on", Cell(periodic.phase())) : "";
+  fmt::print(out, "  period           {:.12g}{}\n", periodic.period(), phase);
+  fmt::print(out, "  found in         {} integrated, {} of Newton's method\n", Count(periodic.periods(), "period"),
              Count(periodic.newton_iterations(), "step"));
   if (periodic.has_residual()) {
-    fmt::print(out,
-               "  x(period) - x(0) {:.1e} of the size of a state{}
-               ", periodic.residual(),
-                   periodic.has_error()
-                   ? fmt::format("; error of x(0) {:.1e}", periodic.error())
-                   : "");
+    const std::string error = periodic.has_error() ? fmt::format("; error of x(0) {:.1e}", periodic.error()) : "";
+    fmt::print(out, "  x(period) - x(0) {:.1e} of the size of a state{}\n", periodic.residual(), error);
   }
   std::vector<std::string> multipliers;
   for (const v1::Multiplier& multiplier : periodic.multipliers()) {
@@ -173,12 +165,9 @@ Periodic solution
       means.push_back(fmt::format("{} {:.6g}", name(static_cast<std::size_t>(i)), values[i]));
     }
   };
-  add(periodic.mean_x(), [&](std::size_t i) {
-    return result.names.OfX(i); });
-  add(periodic.mean_y(), [&](std::size_t i) {
-    return result.names.OfY(i); });
-  add(periodic.mean_w(), [&](std::size_t i) {
-    return result.names.OfW(i); });
+  add(periodic.mean_x(), [&](std::size_t i) { return result.names.OfX(i); });
+  add(periodic.mean_y(), [&](std::size_t i) { return result.names.OfY(i); });
+  add(periodic.mean_w(), [&](std::size_t i) { return result.names.OfW(i); });
   if (!means.empty()) Paragraphs(width, out).Print("  averages         ", fmt::format("{}", fmt::join(means, ", ")));
 }
 

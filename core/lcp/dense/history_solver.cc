@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/dense/history_solver.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/lcp/dense/basic_solutions.h"
+#include "core/matrix_classes/matrix_class.h"
+
 namespace dlcs {
 
 HistorySolver::HistorySolver(const Matrix& M) : lcp_(M), point_(lcp_, Elimination::kPivoting), lemke_(M.rows()) {}
@@ -30,6 +37,18 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
       if (end != LemkeEnd::kBasis || !is_solution()) continue;
       point_.Write(lcp_, y);
       return LcpStatus::kSolved;
+    }
+  }
+  // Beyond a fold there is one solution as a rule, whatever the path to it.
+  if (lcp_.size() <= kMaxSolutionEnumeration) {
+    const BasicSolutions all = AllBasicSolutions(lcp_.M(), lcp_.q, {}, lcp_.tolerance);
+    if (all.complete && all.solutions.size() == 1) {
+      std::fill(basis.begin(), basis.end(), std::uint8_t{0});
+      for (const Index i : all.solutions.front().basis) basis[static_cast<std::size_t>(i)] = 1;
+      if (is_solution()) {
+        point_.Write(lcp_, y);
+        return LcpStatus::kSolved;
+      }
     }
   }
   message_ = "the path from the solution before does not end in another one";

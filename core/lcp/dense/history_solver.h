@@ -18,7 +18,8 @@ namespace dlcs {
 // solution before ends in a fold, the path turns there, runs back along the solutions between, and turns again into the
 // branch beyond: so a comparator with hysteresis goes from one output to the other, and never rests in the middle.
 //
-// kRay if the path does not end in a solution.
+// Where the path does not end in a solution, small problems are searched for all: if there is one alone it is taken.
+// kRay otherwise.
 class HistorySolver final : public LcpSolver {
  public:
   explicit HistorySolver(const Matrix& M);

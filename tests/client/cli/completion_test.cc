@@ -71,7 +71,7 @@ TEST_P(CompletionTest, KnowsCommandsOptionsAndTheirWords) {
   EXPECT_THAT(Completions("dlcs solve --tol"), ElementsAre("--tolerance"));
   EXPECT_THAT(Completions("dlcs solve --"), AllOf(Contains("--format"), Each(StartsWith("--"))));
   EXPECT_THAT(Completions("dlcs solve --format "),
-              UnorderedElementsAre("table", "json", "csv", "npy", "npz", "hdf5", "mat"));
+              UnorderedElementsAre("table", "json", "csv", "npy", "npz", "hdf5", "mat", "raw"));
   EXPECT_THAT(Completions("dlcs ensemble --format "), UnorderedElementsAre("table", "json", "csv"));
   EXPECT_THAT(Completions("dlcs solve --method ev"), ElementsAre("event-driven"));
   EXPECT_THAT(Completions("dlcs model sig"), ElementsAre("signorini"));

@@ -27,30 +27,35 @@ TEST(DlcsMethodTest, LocatesSwitchingTimesForASmallErrorAndShowsThem) {
 // x' = -x/100 + sin 3t: the multiplier is exp(-P/100), the averages are 0.
 TEST(DlcsMethodTest, FindsThePeriodicSteadyState) {
   const std::string problem =
-      R"({"A": [[-0.01]], "B": [[0]], "N": [[0]], "M": [[1]], "f": ["sin(3*t)"], "g": ["1"], "x0": [5], "T": 10,
-          "states": ["speed"]})";
+      R"json({"A": [[-0.01]], "B": [[0]], "N": [[0]], "M": [[1]], "f": ["sin(3*t)"], "g": ["1"], "x0": [5], "T": 10,
+              "states": ["speed"]})json";
   const std::string period = "2.0943951023931953";
-const ProgramOutcome table = SolveText(problem, "--tolerance 1e-9 --quiet --periodic " + period);
-EXPECT_EQ(table.code, 0) << table.err;
-EXPECT_THAT(table.out, AllOf(HasSubstr("SOLVED within an error of 1e-09"), HasSubstr("Periodic solution"),
-                             HasSubstr("multipliers      0.979274"), HasSubstr("averages         speed ")));
-const auto periodic =
-    nlohmann::json::parse(SolveText(problem, "--quiet --format json --periodic " + period).out)["summary"]["periodic"];
-EXPECT_NEAR(periodic["multipliers"][0]["real"].get<double>(), std::exp(-0.02094395102393195), 1e-9);
-EXPECT_LE(periodic["periods"].get<int>(), 12);
+  const ProgramOutcome table = SolveText(problem, "--tolerance 1e-9 --quiet --periodic " + period);
+  EXPECT_EQ(table.code, 0) << table.err;
+  EXPECT_THAT(table.out, AllOf(HasSubstr("SOLVED within an error of 1e-09"), HasSubstr("Periodic solution"),
+                               HasSubstr("multipliers      0.979274"), HasSubstr("averages         speed ")));
+  const ProgramOutcome json = SolveText(problem, "--quiet --format json --periodic " + period);
+  EXPECT_EQ(json.code, 0) << json.err;
+  const auto periodic = nlohmann::json::parse(json.out)["summary"]["periodic"];
+  EXPECT_NEAR(periodic["multipliers"][0]["real"].get<double>(), std::exp(-0.02094395102393195), 1e-9);
+  EXPECT_LE(periodic["periods"].get<int>(), 12);
 
-const ProgramOutcome refused = SolveText(problem, "--periodic 2");
-EXPECT_EQ(refused.code, kBadInput);
-EXPECT_THAT(refused.err, AllOf(HasSubstr("--periodic"), HasSubstr("period of every source, and that of f[0] (speed)"),
-                               HasSubstr("2.0943951")));
-const ProgramOutcome driven = SolveText(problem, "--periodic auto");
-EXPECT_EQ(driven.code, kBadInput);
-EXPECT_THAT(driven.err, HasSubstr("f[0] (speed) depends on time"));
-const std::string lossless =
-    R"({"A": [[0, 1], [-1, 0]], "B": [[0], [0]], "N": [[0, 0]], "M": [[1]], "g": ["1"], "x0": [1, 0], "T": 30})";
-const ProgramOutcome family = SolveText(lossless, "--periodic auto");
-EXPECT_EQ(family.code, kNoAnswer);
-EXPECT_THAT(family.out, AllOf(HasSubstr("NOT_PERIODIC"), HasSubstr("not isolated")));
+  const ProgramOutcome refused = SolveText(problem, "--periodic 2");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("--periodic"), HasSubstr("period of every source, and that of f[0] (speed)"),
+                                 HasSubstr("2.0943951")));
+  const ProgramOutcome driven = SolveText(problem, "--periodic auto");
+  EXPECT_EQ(driven.code, 2);
+  EXPECT_THAT(driven.err, HasSubstr("f[0] (speed) depends on time"));
+}
+
+TEST(DlcsMethodTest, SaysWhyThereIsNoPeriodicSteadyState) {
+  const std::string lossless =
+      R"json({"A": [[0, 1], [-1, 0]], "B": [[0], [0]], "N": [[0, 0]], "M": [[1]], "g": ["1"], "x0": [1, 0],
+              "T": 30})json";
+  const ProgramOutcome family = SolveText(lossless, "--periodic auto");
+  EXPECT_EQ(family.code, 1);
+  EXPECT_THAT(family.out, AllOf(HasSubstr("NOT_PERIODIC"), HasSubstr("not isolated")));
 }
 
 TEST(DlcsMethodTest, TakesAToleranceInsteadOfAStepWithEveryMethod) {

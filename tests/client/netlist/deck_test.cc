@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -291,6 +293,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("V1 a 0 PULSE(0 1 0 1u\n" + rest), HasSubstr("\")\" is missing"));
   EXPECT_THAT(Fault("V1 a 0 WAVE(1)\n" + rest), HasSubstr("function WAVE is not supported"));
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1)\n" + rest), HasSubstr("pairs"));
+  EXPECT_THAT(Fault("V1 a 0 PWL(0 0 +1u 1)\n" + rest), AllOf(HasSubstr("+1u"), HasSubstr("LTspice")));
   EXPECT_THAT(Fault("F1 a 0 R1 2\nR1 a 0 1\n" + rest), HasSubstr("is no voltage source"));
   EXPECT_THAT(Fault("K1 L1 L2 0.5\nL1 a 0 1\n" + rest), HasSubstr("\"L2\" is no inductor"));
   EXPECT_THAT(Fault("K1 L1 L2 1.1\nL1 a 0 1\nL2 a 0 1\n" + rest), HasSubstr("at most 1"));

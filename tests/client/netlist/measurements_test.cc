@@ -44,7 +44,7 @@ nlohmann::json Measured(const std::string& lines, const std::string& options = "
   return by_name;
 }
 
-std::string Fault(const std::string& lines) {
+std::string MeasurementFault(const std::string& lines) {
   const auto netlist = ReadNetlist("title\n" + std::string(kCharger) + lines + ".end\n", "a.cir", "", {});
   return netlist.ok() ? "" : std::string(netlist.status().message());
 }
@@ -80,7 +80,7 @@ TEST(MeasurementsTest, AreThoseOfTheExactSolution) {
 TEST(MeasurementsTest, DoNotDependOnTheTimesThatAreShown) {
   const std::string deck = std::string(kCharger) + ".meas tran mean AVG V(out)\n.meas tran t WHEN V(out)=7\n";
   const auto one = Measured(deck, "--tolerance 1e-9 --at 4e-3"),
-             other = Measured(deck, "--tolerance 1e-9 --at 0:1u:4m");
+             other = Measured(deck, "--tolerance 1e-9 --at 0:1e-6:4e-3");
   for (const char* name : {"mean", "t"}) {
     EXPECT_NEAR(one[name]["value"].get<double>() / other[name]["value"].get<double>(), 1, 1e-9);
   }
@@ -107,34 +107,36 @@ TEST(MeasurementsTest, WhatDoesNotOccurIsReportedByName) {
   EXPECT_THAT(table.out,
               AllOf(HasSubstr("Measurements\n  never  none: v(out) crosses 11 upwards at no time.\n  mean   7.5"),
                     Not(HasSubstr("nan"))));
-  const ProgramOutcome csv = RunDlcs("solve " + deck + " --format csv --at 1m");
+  const ProgramOutcome csv = RunDlcs("solve " + deck + " --format csv --at 1e-3");
   EXPECT_THAT(csv.err, AllOf(HasSubstr("dlcs: never: none: v(out) crosses 11"), HasSubstr("dlcs: mean = 7.5")));
-  const ProgramOutcome json = RunDlcs("solve " + deck + " --format json --at 1m --quiet");
+  const ProgramOutcome json = RunDlcs("solve " + deck + " --format json --at 1e-3 --quiet");
   EXPECT_THAT(json.out, HasSubstr("{\"name\":\"never\",\"reason\":\"v(out) crosses 11 upwards at no time.\"}"));
 }
 
 TEST(MeasurementsTest, RefusesOtherFormsWithPlaceNameAndReason) {
-  EXPECT_EQ(Fault(""), "");
-  EXPECT_THAT(Fault(".meas tran x DERIV V(out) AT=1m\n"),
+  EXPECT_EQ(MeasurementFault(""), "");
+  EXPECT_THAT(MeasurementFault(".meas tran x DERIV V(out) AT=1m\n"),
               AllOf(HasSubstr("a.cir:7:14: .meas x"), HasSubstr("\"DERIV\"")));
-  EXPECT_THAT(Fault(".meas tran x PARAM='1+2'\n"), HasSubstr("\"PARAM\" is not supported"));
-  EXPECT_THAT(Fault(".meas tran x AVG V(nix)\n"), AllOf(HasSubstr("a.cir:7:18"), HasSubstr("no node \"nix\"")));
-  EXPECT_THAT(Fault(".meas tran x AVG I(nix)\n"), HasSubstr("no element \"nix\""));
-  EXPECT_THAT(Fault(".meas tran x AVG V(out)**2\n"), HasSubstr("not linear"));
-  EXPECT_THAT(Fault(".meas tran x AVG V(out)*I(R1)+1\n"), HasSubstr("not linear"));
-  EXPECT_THAT(Fault(".meas tran x AVG 3\n"), HasSubstr("neither a voltage nor a current"));
-  EXPECT_THAT(Fault(".meas tran x AVG V(out) TO=5m\n"),
+  EXPECT_THAT(MeasurementFault(".meas tran x PARAM='1+2'\n"), HasSubstr("\"PARAM\" is not supported"));
+  EXPECT_THAT(MeasurementFault(".meas tran x AVG V(nix)\n"),
+              AllOf(HasSubstr("a.cir:7:18"), HasSubstr("no node \"nix\"")));
+  EXPECT_THAT(MeasurementFault(".meas tran x AVG I(nix)\n"), HasSubstr("no element \"nix\""));
+  EXPECT_THAT(MeasurementFault(".meas tran x AVG V(out)**2\n"), HasSubstr("not linear"));
+  EXPECT_THAT(MeasurementFault(".meas tran x AVG V(out)*I(R1)+1\n"), HasSubstr("not linear"));
+  EXPECT_THAT(MeasurementFault(".meas tran x AVG 3\n"), HasSubstr("neither a voltage nor a current"));
+  EXPECT_THAT(MeasurementFault(".meas tran x AVG V(out) TO=5m\n"),
               AllOf(HasSubstr("a.cir:7:27"), HasSubstr("outside of 0 to TSTOP = 0.004")));
-  EXPECT_THAT(Fault(".meas tran x AVG V(out) FROM=2m TO=1m\n"), HasSubstr("FROM=0.002 is not before 0.001"));
-  EXPECT_THAT(Fault(".meas tran x AVG V(out) TRIG V(in) VAL=1\n"), HasSubstr("\"TRIG\" is not supported here"));
-  EXPECT_THAT(Fault(".meas tran x FIND V(out)\n"), HasSubstr("FIND needs AT=time or WHEN"));
-  EXPECT_THAT(Fault(".meas tran x WHEN V(out)\n"), HasSubstr("WHEN needs quantity=level"));
-  EXPECT_THAT(Fault(".meas tran x WHEN V(out)=1 RISE=0\n"), HasSubstr("RISE=0; must be 1, 2, ... or LAST"));
-  EXPECT_THAT(Fault(".meas tran x TRIG V(out) VAL=1 RISE=1\n"), HasSubstr("TRIG needs TARG"));
-  EXPECT_THAT(Fault(".meas tran x TRIG V(out) RISE=1 TARG AT=1m\n"), HasSubstr("need VAL=level"));
-  EXPECT_THAT(Fault(".meas tran x AVG V(out)\n.meas tran X MAX V(out)\n"), HasSubstr("a second .meas X"));
-  EXPECT_THAT(Fault(".meas tran\n"), HasSubstr("needs a name"));
-  EXPECT_THAT(Fault(".meas tran x\n"), HasSubstr("\"\" is not supported"));
+  EXPECT_THAT(MeasurementFault(".meas tran x AVG V(out) FROM=2m TO=1m\n"), HasSubstr("FROM=0.002 is not before 0.001"));
+  EXPECT_THAT(MeasurementFault(".meas tran x AVG V(out) TRIG V(in) VAL=1\n"),
+              HasSubstr("\"TRIG\" is not supported here"));
+  EXPECT_THAT(MeasurementFault(".meas tran x FIND V(out)\n"), HasSubstr("FIND needs AT=time or WHEN"));
+  EXPECT_THAT(MeasurementFault(".meas tran x WHEN V(out)\n"), HasSubstr("WHEN needs quantity=level"));
+  EXPECT_THAT(MeasurementFault(".meas tran x WHEN V(out)=1 RISE=0\n"), HasSubstr("RISE=0; must be 1, 2, ... or LAST"));
+  EXPECT_THAT(MeasurementFault(".meas tran x TRIG V(out) VAL=1 RISE=1\n"), HasSubstr("TRIG needs TARG"));
+  EXPECT_THAT(MeasurementFault(".meas tran x TRIG V(out) RISE=1 TARG AT=1m\n"), HasSubstr("need VAL=level"));
+  EXPECT_THAT(MeasurementFault(".meas tran x AVG V(out)\n.meas tran X MAX V(out)\n"), HasSubstr("a second .meas X"));
+  EXPECT_THAT(MeasurementFault(".meas tran\n"), HasSubstr("needs a name"));
+  EXPECT_THAT(MeasurementFault(".meas tran x\n"), HasSubstr("\"\" is not supported"));
 }
 
 TEST(PrintedTest, TakesVoltagesCurrentsAndExpressions) {
@@ -152,15 +154,15 @@ TEST(PrintedTest, TakesVoltagesCurrentsAndExpressions) {
               ElementsAre("par('2*v(out)')", "{v(in)-v(out)+1}", "v(out)/half"));
   EXPECT_THAT(names(".print tran all v(out)\n"), ElementsAre("v(in)", "v(out)", "i(V1)", "i(R1)", "i(C1)"));
   EXPECT_THAT(names(".print ac vdb(out)\n.print tran v(out)\n"), ElementsAre("v(out)"));
-  EXPECT_THAT(Fault(".print tran v(nix)\n"), AllOf(HasSubstr("a.cir:7:13"), HasSubstr("no node \"nix\"")));
-  EXPECT_THAT(Fault(".print tran @r1[p]\n"), HasSubstr("a.cir:7:13: @r1[p]"));
-  EXPECT_THAT(Fault(".print tran vdb(out)\n"), HasSubstr("vdb"));
-  EXPECT_THAT(Fault(".print tran v(in)*i(v1)\n"), HasSubstr("a product can be measured"));
+  EXPECT_THAT(MeasurementFault(".print tran v(nix)\n"), AllOf(HasSubstr("a.cir:7:13"), HasSubstr("no node \"nix\"")));
+  EXPECT_THAT(MeasurementFault(".print tran @r1[p]\n"), HasSubstr("a.cir:7:13: @r1[p]"));
+  EXPECT_THAT(MeasurementFault(".print tran vdb(out)\n"), HasSubstr("vdb"));
+  EXPECT_THAT(MeasurementFault(".print tran v(in)*i(v1)\n"), HasSubstr("a product can be measured"));
 }
 
 TEST(PrintedTest, AnExpressionHasItsConstant) {
   const ProgramOutcome csv = RunDlcs("solve " + WriteDeck(std::string(kCharger) + ".print tran {2*v(in)-v(out)+1}\n") +
-                                     " --format csv --at 0,4m --quiet");
+                                     " --format csv --at 0,4e-3 --quiet");
   EXPECT_THAT(csv.out, ::testing::StartsWith("t,{2*v(in)-v(out)+1}\n0,21\n"));
 }
 

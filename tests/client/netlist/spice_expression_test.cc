@@ -125,6 +125,7 @@ TEST(SpiceExpressionTest, MakesPiecewiseLinearFunctions) {
   for (const double x : {-3.0, -0.5, 0.25, 1.5, 7.0}) {
     EXPECT_DOUBLE_EQ(at("max(V(a), 1) + min(2*V(a), 3, V(a)+1)", x), std::max(x, 1.0) + std::min({2 * x, 3.0, x + 1}));
     EXPECT_DOUBLE_EQ(at("abs(V(a)-1) + uramp(-V(a))", x), std::abs(x - 1) + std::max(0.0, -x));
+    EXPECT_DOUBLE_EQ(at("max(V(a), {1+1})", x), std::max(x, 2.0));
     EXPECT_DOUBLE_EQ(at("limit(10*V(a), -5, 5)", x), std::clamp(10 * x, -5.0, 5.0));
     EXPECT_DOUBLE_EQ(at("V(a) > 1 ? 5 : 2", x), x > 1 ? 5 : 2);
     EXPECT_DOUBLE_EQ(at("if(V(a)<0 || V(a)>1, 1, 0) + u(V(a)) + sgn(V(a))", x),

@@ -16,12 +16,19 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using testing::SolveForEnd;
+using testing::SolveToEnd;
 
 Solution AtMaturity(const AmericanOptionModel& model) {
   const auto problem = MakeAmericanOptionProblem(model);
   EXPECT_TRUE(problem.ok()) << problem.status();
-  return SolveForEnd(*problem);
+  // Given steps: a default solve ends where modes follow one another faster than it has work for.
+  Options options;
+  options.method = Method::kExponentialIntegrator;
+  options.num_steps = 2000;
+  options.estimate_error = false;
+  options.output_times = {problem->horizon};
+  options.output_times_only = true;
+  return SolveToEnd(*problem, options);
 }
 
 // The put at the money by the binomial tree of Cox, Ross and Rubinstein.

@@ -159,6 +159,25 @@ TEST(PeriodicTest, AConverterInDiscontinuousConduction) {
   EXPECT_NEAR(record.mean_x[0], record.mean_x[1] / load, 1e-9);
 }
 
+// The buck converter of the user's guide as `dlcs netlist` writes it: a switch of two valves, and a diode.
+TEST(PeriodicTest, ABuckConverterWithASwitch) {
+  const double period = 2e-5;
+  const std::string gate = "(t >= 6e-9)*((t - 6e-9) - 2e-5*floor((t - 6e-9)/2e-5) < 1e-5)";
+  TimeFunction f = TimeFunction::Formulas({"1", gate}), g = f;
+  f.lift = Matrix{{-10638.297872340427, -1234042.5531914895}, {0, 0}};
+  g.lift = Matrix{{0, 11600}, {-24.5, -116}, {0, 5800}};
+  const Problem problem =
+      System(Matrix{{-212.76595744680853, -21276.595744680853}, {1e4, -1e3}},
+             Matrix{{0, 212.76595744680853, 21276.595744680853}, {0, 0, 0}}, Matrix{{0, 0}, {-0.01, 0}, {1, 0}},
+             Matrix{{0, -1, 0}, {1, 0.02, 1}, {0, -1, 0}}, std::move(f), std::move(g), Vector{{0, 0}}, 4e-4);
+  const Solution solution = SolvedPeriodic(problem, period);
+  const Vector transient = AfterPeriods(problem, period, 1000);
+  EXPECT_NEAR(solution.x(1, 0), transient[1], 1e-9 * transient[1]);
+  EXPECT_NEAR(solution.periodic->mean_x[0], solution.periodic->mean_x[1] / 10, 1e-9);  // into 10 ohms
+  const auto refused = Ask(problem, 3e-5);
+  EXPECT_NE(refused.status().message().find("that of f[0] is 2e-05"), std::string::npos) << refused.status();
+}
+
 TEST(PeriodicTest, AStiffSystem) {
   const double period = 1;
   const Problem problem = System(Matrix{{-1e7, 1e7}, {0, -0.01}}, Matrix{{0}, {1}}, Matrix{{1, 0}}, Matrix{{1e-3}},

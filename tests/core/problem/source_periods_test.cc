@@ -94,7 +94,9 @@ TEST(CheckPeriodTest, SamplesUpToThePeriodAreOnePeriod) {
   const TimeFunction samples = TimeFunction::Sampled({0, 0.4, 1}, Matrix{{0, 1, 0}});
   EXPECT_TRUE(Check(WithSource(samples, 1), 1).empty());
   EXPECT_FALSE(Check(WithSource(samples, 1.5), 1).empty());  // the second period is not known
-  EXPECT_FALSE(Check(WithSource(samples, 4), 1).empty());    // and here it is another one
+  // Here it is: from 1 on the samples are constant, and so is every period.
+  EXPECT_TRUE(Check(WithSource(samples, 4), 1).empty());
+  EXPECT_EQ(ProblemOfOnePeriod(WithSource(samples, 4), 1).phase, 1);
 }
 
 TEST(CheckPeriodTest, AnOscillationToBeFoundHasConstantSources) {

@@ -8,6 +8,7 @@
 
 #include "google/protobuf/util/message_differencer.h"
 #include "tests/server/test_requests.h"
+#include "tests/support/problems.h"
 
 namespace dlcs {
 namespace {

@@ -27,7 +27,7 @@ struct Comparator {
 TEST(HistorySolverTest, KeepsABranchWhileItLastsAndNeverRestsInTheMiddle) {
   Comparator comparator;
   for (const double c : {-2.0, -0.4, -0.01}) EXPECT_EQ(comparator.At(c), 0) << c;
-  for (const double c : {1e-9, 0.3, -0.2, -0.49}) EXPECT_EQ(comparator.At(c), 1) << c;
+  for (const double c : {1e-9, 0.3, -0.2, -0.49}) EXPECT_DOUBLE_EQ(comparator.At(c), 1) << c;
   for (const double c : {-0.5 - 1e-9, -0.3, -1e-6}) EXPECT_EQ(comparator.At(c), 0) << c;
   EXPECT_EQ(comparator.At(5), 1);
   EXPECT_DOUBLE_EQ(comparator.y[1], 5 + 2 * kHysteresis);
