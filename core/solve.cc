@@ -112,10 +112,12 @@ absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& o
     auto solution = options.period != 0 ? SolvePeriodic(solved, solved_with, observer, stop, setups)
                                         : SolveUnlessStopped(solved, solved_with, observer, stop, setups, resume);
     if (!solution.ok()) return solution;
-    const std::optional<Problem> of_period = ProblemOfPeriod(problem, options, *solution);
-    const absl::Status measured =
-        MeasureOutputs(of_period ? *of_period : problem, !options.output_times_only, *solution);
-    if (!measured.ok()) return measured;
+    if (HasMeasurements(problem)) {
+      const std::optional<Problem> of_period = ProblemOfPeriod(problem, options, *solution);
+      const absl::Status measured =
+          MeasureOutputs(of_period ? *of_period : problem, !options.output_times_only, *solution);
+      if (!measured.ok()) return measured;
+    }
     if (!options.keep_pieces) solution->pieces.clear();
     return solution;
   } catch (const Stopped&) {

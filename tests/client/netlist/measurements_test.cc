@@ -2,18 +2,17 @@
 // What decks print and measure: closed forms, by the program; and what is refused.
 #include "client/netlist/measurements.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
 
 #include "client/netlist/netlist.h"
 #include "tests/client/cli/program.h"
+#include "tests/client/netlist/deck_file.h"
 
 namespace dlcs::client {
 namespace {
@@ -26,13 +25,6 @@ using ::testing::Not;
 // 1 ms = R C from 10 V.
 constexpr const char* kCharger =
     "V1 in 0 10\nR1 in out 1k\nC1 out 0 1u IC=0\n.tran 1u 4m uic\n.param top=10 half={top/2}\n";
-
-std::string WriteDeck(const std::string& lines) {
-  const std::string path =
-      fmt::format("{}{}.cir", ::testing::TempDir(), ::testing::UnitTest::GetInstance()->current_test_info()->name());
-  std::ofstream(path) << "title\n" << lines << ".end\n";
-  return path;
-}
 
 // The measurements of the deck by name, as in the summary.
 nlohmann::json Measured(const std::string& lines, const std::string& options = "--tolerance 1e-10") {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "tests/client/cli/program.h"
+#include "tests/client/netlist/deck_file.h"
 #include "tests/support/paths.h"
 
 namespace dlcs::client {
@@ -26,22 +27,15 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::string StoreDeck(const std::string& lines) {
-  const std::string path =
-      fmt::format("{}{}.cir", ::testing::TempDir(), ::testing::UnitTest::GetInstance()->current_test_info()->name());
-  std::ofstream(path) << "title\n" << lines << ".end\n";
-  return path;
-}
-
 nlohmann::json Solved(const std::string& lines, const std::string& options) {
-  const ProgramOutcome outcome = RunDlcs("solve " + StoreDeck(lines) + " --format json --quiet " + options);
+  const ProgramOutcome outcome = RunDlcs("solve " + WriteDeck(lines) + " --format json --quiet " + options);
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   const auto result = nlohmann::json::parse(outcome.out, nullptr, false);
   return result.is_object() ? result : nlohmann::json::object();
 }
 
 std::string Refused(const std::string& lines) {
-  const ProgramOutcome outcome = RunDlcs("solve " + StoreDeck(lines) + " --quiet");
+  const ProgramOutcome outcome = RunDlcs("solve " + WriteDeck(lines) + " --quiet");
   EXPECT_EQ(outcome.code, 2) << outcome.out;
   return outcome.err;
 }
@@ -185,7 +179,7 @@ TEST(NetlistTest, OutputsAreColumnsOfTheTable) {
 TEST(NetlistTest, ASwitchAtTheLimitOfItsCurrentIsNoSuccess) {
   const ProgramOutcome outcome = RunDlcs(
       "solve " +
-      StoreDeck("V1 p 0 10\nL1 p a 1m IC=0\nS1 a 0 g 0 SA\nS2 a 0 p 0 SB\nC1 a 0 1u\nVg g 0 PULSE(5 0 1m 0 0 1)\n"
+      WriteDeck("V1 p 0 10\nL1 p a 1m IC=0\nS1 a 0 g 0 SA\nS2 a 0 p 0 SB\nC1 a 0 1u\nVg g 0 PULSE(5 0 1m 0 0 1)\n"
                 ".model SA SW(RON=1m VT=2)\n.model SB SW(RON=1k VT=2)\n.tran 0 1.05m uic\n.print v(a)\n"));
   EXPECT_EQ(outcome.code, 1);
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("not usable"), HasSubstr("i(S2) reaches its limit 0.03 at t = "),
@@ -202,7 +196,7 @@ TEST(NetlistTest, ATableHasAllItsRows) {
 
 // 1 and 2 kilohm have their own matrices, 5 and 10 V share them.
 TEST(NetlistTest, AStepIsAnEnsembleOfItsPoints) {
-  const std::string deck = StoreDeck(
+  const std::string deck = WriteDeck(
       "V1 in 0 {v}\nR1 in out {R}\nC1 out 0 1u IC=0\n.param R=1k\n.step param v list 5 10\n"
       ".step param R 1k 2k 1k\n.tran 1u 2m uic\n.print v(out)\n");
   const ProgramOutcome outcome = RunDlcs("ensemble " + deck + " --format csv --at 2e-3 --tolerance 1e-10 --quiet");
@@ -234,11 +228,11 @@ TEST(NetlistTest, SaysWhyACircuitHasNoSolution) {
   EXPECT_THAT(Refused("V1 a 0 1\nV2 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n"), HasSubstr("form a loop of voltage sources"));
   EXPECT_THAT(Refused("V1 a 0 1\nR1 b c 1\nC1 a 0 1u\n.tran 1u 1m\n"), HasSubstr("nodes b and c"));
   const ProgramOutcome infeasible = RunDlcs(
-      "solve " + StoreDeck("V1 a 0 SIN(0 10 1k)\nD1 a 0 DX\nR1 a b 1k\nC1 b 0 1u\n.model DX D(RON=0)\n.tran 1u 1m\n"));
+      "solve " + WriteDeck("V1 a 0 SIN(0 10 1k)\nD1 a 0 DX\nR1 a b 1k\nC1 b 0 1u\n.model DX D(RON=0)\n.tran 1u 1m\n"));
   EXPECT_EQ(infeasible.code, 1);
   EXPECT_THAT(infeasible.err, HasSubstr("nothing limits the current in the loop of V1"));
   const ProgramOutcome blocked = RunDlcs(
-      "solve " + StoreDeck("I1 0 a SIN(0 1 50)\nD1 a b DX\nR1 b 0 1\nC1 b 0 1u\n.model DX D(RON=0)\n.tran 1u 40m\n"));
+      "solve " + WriteDeck("I1 0 a SIN(0 1 50)\nD1 a b DX\nR1 b 0 1\nC1 b 0 1u\n.model DX D(RON=0)\n.tran 1u 40m\n"));
   EXPECT_EQ(blocked.code, 1);
   EXPECT_THAT(blocked.err, HasSubstr("sources alone drive the current through I1"));
   EXPECT_THAT(Refused("V1 a a 1\nR1 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n"), HasSubstr("both ends at one node"));

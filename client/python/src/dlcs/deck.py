@@ -2,13 +2,13 @@
 """SPICE decks, read by the program dlcs."""
 
 import os
-import shutil
 import subprocess
 from typing import Any, List, Optional
 
 from . import messages
 from .errors import InvalidArgument, Unavailable, invalid, shortened
 from .problem import Problem, numbers
+from .programs import find_program
 
 
 def read_deck(
@@ -33,7 +33,11 @@ def read_deck(
       InvalidArgument: the deck has a fault, or something that is not supported; the message has file, line and column.
       Unavailable: there is no such program.
     """
-    command = [_program(dlcs), "netlist", "--message"]
+    command = [
+        find_program("dlcs", dlcs, "decks are read by dlcs; install it, or set DLCS to it"),
+        "netlist",
+        "--message",
+    ]
     if diode is not None:
         command += ["--diode", str(diode)]
     if diode_current is not None:
@@ -53,18 +57,6 @@ def read_deck(
         raise InvalidArgument("\n".join(lines) or f"dlcs ended with {run.returncode}", "INVALID_ARGUMENT")
     body = messages.ProblemBody.FromString(run.stdout)
     return Problem(body.problem, body.title, lines)
-
-
-def _program(dlcs: Optional[str]) -> str:
-    wanted = dlcs or os.environ.get("DLCS") or "dlcs"
-    if not isinstance(wanted, (str, os.PathLike)):
-        raise invalid("dlcs", f"{shortened(wanted)}; must be a program")
-    found = shutil.which(wanted)
-    if found is None:
-        raise Unavailable(
-            f"{wanted} is not a program: decks are read by dlcs; install it, or set DLCS to it", "UNAVAILABLE"
-        )
-    return found
 
 
 def _lines(text: bytes) -> List[str]:

@@ -14,7 +14,8 @@ import tempfile
 import threading
 from typing import Dict, Optional
 
-from .errors import Unavailable, invalid, shortened
+from .errors import Unavailable
+from .programs import find_program
 
 _PREFIX = "dlcs-private-"
 _SECONDS_TO_START = 60
@@ -23,18 +24,6 @@ _LIBC = ctypes.CDLL(None, use_errno=True)
 _lock = threading.Lock()
 _servers: Dict[str, "_Server"] = {}  # by their programs
 _owner = os.getpid()
-
-
-def _program(dlcsd: Optional[str]) -> str:
-    wanted = dlcsd or os.environ.get("DLCSD") or "dlcsd"
-    if not isinstance(wanted, (str, os.PathLike)):
-        raise invalid("dlcsd", f"{shortened(wanted)}; must be a program")
-    found = shutil.which(wanted)
-    if found is None:
-        raise Unavailable(
-            f"{wanted} is not a program: install dlcsd, set DLCSD to it, or give server=HOST:PORT", "UNAVAILABLE"
-        )
-    return os.path.realpath(found)
 
 
 def private_server(dlcsd: Optional[str] = None) -> str:
@@ -47,7 +36,9 @@ def private_server(dlcsd: Optional[str] = None) -> str:
       Unavailable: there is no such program, or it does not start.
     """
     global _owner
-    program = _program(dlcsd)
+    program = os.path.realpath(
+        find_program("dlcsd", dlcsd, "install dlcsd, set DLCSD to it, or give server=HOST:PORT")
+    )
     with _lock:
         if _owner != os.getpid():  # a fork has no server of its own yet
             _servers.clear()
