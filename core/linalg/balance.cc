@@ -6,7 +6,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
+#include <optional>
 #include <utility>
+
+#include "core/linalg/panel_lu.h"
 
 namespace dlcs {
 namespace {
@@ -93,30 +96,55 @@ Matrix Scaled(const Matrix& A, const Exponents& e) {
 
 // Units in which the entries of a tree that reaches every state from the first have one exponent, the mean along a
 // circle of the graph: neither depends on the units in which A is given. A is irreducible.
-Exponents UnitsFromTree(const Matrix& A) {
-  const Index size = A.rows();
-  std::vector<Index> reached = {0}, parent(size, -1);
-  for (std::size_t next = 0; next < reached.size(); ++next) {
-    const Index i = reached[next];
-    for (Index j = 1; j < size; ++j) {
-      if (j == i || parent[j] >= 0 || A(i, j) == 0) continue;
-      parent[j] = i;
-      reached.push_back(j);
+struct UnitsFromTree {
+  explicit UnitsFromTree(const Matrix& A) : e(A.rows(), 0) {
+    const Index size = A.rows();
+    std::vector<Index> reached = {0}, parent(size, -1);
+    for (std::size_t next = 0; next < reached.size(); ++next) {
+      const Index i = reached[next];
+      for (Index j = 1; j < size; ++j) {
+        if (j == i || parent[j] >= 0 || A(i, j) == 0) continue;
+        parent[j] = i;
+        reached.push_back(j);
+      }
+    }
+    Index last = 0;
+    for (const Index i : reached) {
+      if (i == 0 || A(i, 0) == 0) continue;
+      last = i;
+      break;
+    }
+    long sum = ExponentOf(A(last, 0)), length = 1;
+    for (Index i = last; i != 0; i = parent[i]) sum += ExponentOf(A(parent[i], i)), ++length;
+    mean = static_cast<int>(std::floor(static_cast<double>(sum) / static_cast<double>(length)));
+    for (const Index j : reached) {
+      if (j != 0) e[j] = e[parent[j]] + mean - ExponentOf(A(parent[j], j));
     }
   }
-  Index last = 0;
-  for (const Index i : reached) {
-    if (i == 0 || A(i, 0) == 0) continue;
-    last = i;
-    break;
+  Exponents e;
+  int mean;
+};
+
+// The exponents that bring all entries of `A` nearest to 2^mean, in the sum of the squares of their logarithms: exact
+// where a symmetric matrix was given in other units. Absent where there are none.
+std::optional<Exponents> NearestUnits(const Matrix& A, int mean) {
+  const Index size = A.rows();
+  // That of the first state is zero.
+  Matrix normal = Matrix::Zero(size - 1, size - 1);
+  Matrix right = Matrix::Zero(size - 1, 1);
+  for (Index j = 0; j < size; ++j) {
+    for (Index i = 0; i < size; ++i) {
+      if (i == j || A(i, j) == 0) continue;
+      const double above = std::log2(std::abs(A(i, j))) - mean;
+      if (i > 0) normal(i - 1, i - 1) += 1, right(i - 1) += above;
+      if (j > 0) normal(j - 1, j - 1) += 1, right(j - 1) -= above;
+      if (i > 0 && j > 0) normal(i - 1, j - 1) -= 1, normal(j - 1, i - 1) -= 1;
+    }
   }
-  long sum = ExponentOf(A(last, 0)), length = 1;
-  for (Index i = last; i != 0; i = parent[i]) sum += ExponentOf(A(parent[i], i)), ++length;
-  const int mean = static_cast<int>(std::floor(static_cast<double>(sum) / static_cast<double>(length)));
+  const Matrix nearest = PanelLu(std::move(normal)).Solve(right);
+  if (!nearest.allFinite()) return std::nullopt;
   Exponents e(size, 0);
-  for (const Index j : reached) {
-    if (j != 0) e[j] = e[parent[j]] + mean - ExponentOf(A(parent[j], j));
-  }
+  for (Index i = 1; i < size; ++i) e[i] = static_cast<int>(std::lround(nearest(i - 1)));
   return e;
 }
 
@@ -158,13 +186,27 @@ void EvenOut(Matrix& A, Exponents& e) {
 void BalanceBlock(const Matrix& A, std::vector<Index>& states, Exponents& e) {
   const Index size = static_cast<Index>(states.size());
   const Matrix given = A(states, states);
-  e = UnitsFromTree(given);
+  const UnitsFromTree tree(given);
+  e = tree.e;
   Matrix block = Scaled(given, e);
-  if (!block.allFinite()) {
+  std::optional<Exponents> nearest;
+  if (block.allFinite()) {
+    nearest = NearestUnits(block, tree.mean);
+  } else {
     e.assign(size, 0);
     block = given;
   }
+  // Single steps may not lead out of bad units: from two starts, which are the same in any units of `A`.
+  Matrix from_nearest = nearest ? Scaled(block, *nearest) : Matrix();
   EvenOut(block, e);
+  if (nearest && from_nearest.allFinite()) {
+    for (Index i = 0; i < size; ++i) (*nearest)[i] += tree.e[i];
+    EvenOut(from_nearest, *nearest);
+    if (from_nearest.cwiseAbs().sum() <= block.cwiseAbs().sum()) {
+      block = std::move(from_nearest);
+      e = *std::move(nearest);
+    }
+  }
   // Graded from large to small, as the QR algorithm needs it.
   std::vector<Index> order(size);
   std::iota(order.begin(), order.end(), 0);

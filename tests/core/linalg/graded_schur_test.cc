@@ -141,34 +141,6 @@ TEST(GradedSchurTest, HasTheSameTriangleInUnitsThatArePowersOfTwo) {
   }
 }
 
-TEST(BalanceTest, FindsTheBlocks) {
-  Matrix A = Matrix::Zero(5, 5);  // 0 <-> 3, 1 <-> 4, and 2 drives both, 0 drives 1
-  A(0, 3) = A(3, 0) = A(1, 4) = A(4, 1) = A(0, 2) = A(4, 2) = A(1, 0) = 1;
-  const std::vector<std::vector<Index>> expected = {{1, 4}, {0, 3}, {2}};
-  EXPECT_EQ(StronglyConnected(A), expected);
-}
-
-TEST(BalanceTest, ScalesWithoutRounding) {
-  const std::vector<int> units = {0, 40, -37, 12, 3, -50, 22, 9};
-  const Matrix A = InUnits(RandomMatrix(8, 8, 3), units);
-  const BalancedMatrix balanced = Balance(A);
-  for (Index k = 0; k < 8; ++k) {
-    for (Index l = 0; l < 8; ++l) {
-      EXPECT_EQ(std::ldexp(balanced.matrix(k, l), balanced.exponents[k] - balanced.exponents[l]),
-                A(balanced.order[k], balanced.order[l]));
-    }
-  }
-  EXPECT_LE(InfinityNorm(balanced.matrix), 16);
-}
-
-TEST(BalanceTest, ScalesCouplingsOfBlocks) {
-  Matrix A(2, 2);
-  A << -1, 1e200, 0, -3;
-  const BalancedMatrix balanced = Balance(A);
-  EXPECT_LE(balanced.matrix(0, 1), 4);
-  EXPECT_GE(balanced.matrix(0, 1), 1);
-}
-
 TEST(DoubleDoubleTest, HasThirtyDigits) {
   const DoubleDouble third = DoubleDouble(1) / DoubleDouble(3), root = Sqrt(DoubleDouble(2));
   EXPECT_LE(std::abs((third * DoubleDouble(3) - DoubleDouble(1)).high), 1e-31);
