@@ -18,12 +18,37 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // degree.
 constexpr double kOfMissed = 0.25;
 
+// Times are known to so many ulps: what a shift by them explains right after an event is no error, and a fast state
+// that settles anew is off by as much until it has settled. An error that stays is counted later.
+constexpr double kRoundingOfTime = 16 * kEpsilon;
+constexpr double kRightAfter = 1e-4;  // part of the time of the event
+
+// What remains of each row of `errors` beyond `excused`, towards zero.
+void Shrink(const Vector& excused, Matrix& errors) {
+  for (Index e = 0; e < errors.cols(); ++e) {
+    for (Index i = 0; i < errors.rows(); ++i) {
+      errors(i, e) = std::copysign(NanMax(0, std::abs(errors(i, e)) - excused[i]), errors(i, e));
+    }
+  }
+}
+
 // The signs of `error`, and those of `otherwise` where it is zero.
 Vector SignsLike(const Eigen::Ref<const Vector>& error, Vector otherwise) {
   for (Index i = 0; i < error.size(); ++i) {
     if (error[i] != 0) otherwise[i] = std::copysign(1, error[i]);
   }
   return otherwise;
+}
+
+// How far the polynomial x of a step moves in `time` from position s on, as a line beyond its end. Not x' times the
+// time: a fast state may settle in less.
+Vector Moved(const LegendreSeries& x, double length, double s, double time) {
+  const double inside = std::min(time, (1 - s) / 2 * length);
+  Vector moved = x * (LegendreValues(std::min(1.0, s + 2 * inside / length)) - LegendreValues(s));
+  if (inside < time) {
+    moved += (time - inside) * (2 / length) * (x * (GetLegendreBasis().derivative * LegendreValues(1)));
+  }
+  return moved;
 }
 
 }  // namespace
@@ -93,8 +118,15 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
     // At its end a step is far better than inside of it, where an event cuts it.
     if (s_end < 1) errors_.col(e) += Signs(e).cwiseProduct(step.x_tail);
   }
-  Raise(step.x_error + step.layer);
-  RaiseOutputs(step, overlooked.y);
+  const double end = sources.begin + (1 + s_end) / 2 * sources.length;
+  LegendreVector shift = LegendreVector::Zero();
+  if (end - last_event_ <= kRightAfter * end) {
+    shift = kRoundingOfTime * end * 2 / sources.length * (GetLegendreBasis().derivative * at);
+  }
+  Matrix unexcused = errors_;
+  Shrink((step.x * shift).cwiseAbs(), unexcused);
+  Raise(unexcused, step.x_error + step.layer);
+  RaiseOutputs(step, shift, overlooked.y);
   noise_ = noise_.cwiseMax(step.x_noise);
 }
 
@@ -102,7 +134,10 @@ void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepS
                            Index guard) {
   const LegendreVector slope_at = 2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(s_end));
   const double speed = step.guard.row(guard).dot(slope_at);
-  event_.slope_before = step.x * slope_at;
+  event_.x = step.x;
+  event_.length = sources.length;
+  event_.s = s_end;
+  event_.slope_size = (step.x * slope_at).cwiseAbs();
   has_event_ = true;
   for (Index e = 0; e < kErrors; ++e) {
     double moved = mode.guard.state.row(guard).dot(errors_.col(e));
@@ -118,14 +153,11 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   constexpr double kSame = 1e-6;
   if (!has_event_) return;
   has_event_ = false;
-  const Vector size = event_.slope_before.cwiseAbs() + step.slope_size;
-  const Vector begin = step.x * LegendreValues(-1);
+  last_event_ = sources.begin;
+  const Vector size = event_.slope_size + step.slope_size;
   for (Index e = 0; e < kErrors; ++e) {
-    const double delay = std::abs(event_.delay[e]), inside = std::min(delay, sources.length);
-    // Not x' times the delay: a fast state may settle in less time.
-    const double s = 2 * inside / sources.length - 1;
-    const Vector moved = step.x * LegendreValues(s) - begin + (delay - inside) * SlopeAt(step, sources, 1);
-    Vector jump = delay * event_.slope_before - moved;
+    const double delay = std::abs(event_.delay[e]);
+    Vector jump = Moved(event_.x, event_.length, event_.s, delay) - Moved(step.x, sources.length, -1, delay);
     for (Index i = 0; i < jump.size(); ++i) {
       if (std::abs(jump[i]) <= kSame * delay * size[i]) jump[i] = 0;
     }
@@ -137,21 +169,22 @@ void ErrorGrowth::Add(const Vector& error, const Vector& inside) {
   has_event_ = false;
   ++steps_;
   for (Index e = 0; e < kErrors; ++e) errors_.col(e) += Signs(e).cwiseProduct(error);
-  Raise(inside);
+  Raise(errors_, inside);
 }
 
-void ErrorGrowth::Raise(const Vector& within) {
-  for (Index i = 0; i < x_.size(); ++i) x_[i] = NanMax(x_[i], MaxAbs(errors_.row(i)) + within[i]);
+void ErrorGrowth::Raise(const Matrix& errors, const Vector& within) {
+  for (Index i = 0; i < x_.size(); ++i) x_[i] = NanMax(x_[i], MaxAbs(errors.row(i)) + within[i]);
 }
 
 Vector ErrorGrowth::InGuards(const Mode& mode) const { return RowMaxAbs(mode.guard.state * errors_); }
 
-void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const Vector& overlooked_y) {
+void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& shift, const Vector& overlooked_y) {
   constexpr double kRounding = 4 * kEpsilon;
   if (w_.size() == 0) return;
   const Mode& mode = step.stepper->mode();
   Matrix of_x = mode.guard.state * errors_;
   if (mode.guard.slope.size() > 0) of_x += mode.guard.slope * slopes_;
+  Shrink((step.guard * shift).cwiseAbs(), of_x);
   const Vector own = step.guard_error + kRounding * step.guard_terms;
   std::vector<bool> is_active(static_cast<std::size_t>(w_.size()));
   for (const Index i : mode.active) is_active[static_cast<std::size_t>(i)] = true;

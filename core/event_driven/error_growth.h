@@ -5,6 +5,7 @@
 #define DLCS_CORE_EVENT_DRIVEN_ERROR_GROWTH_H_
 
 #include <array>
+#include <limits>
 
 #include "core/context/component_errors.h"
 #include "core/discretization/step_sources.h"
@@ -50,25 +51,29 @@ class ErrorGrowth {
  private:
   static constexpr Index kErrors = 3;
 
-  // An event after which x' is not known yet.
+  // An event, at position `s` of the step that found it, after which x' is not known yet.
   struct Event {
-    Vector slope_before;
+    LegendreSeries x;
+    double length;
+    double s;
+    Vector slope_size;
     std::array<double, kErrors> delay;
   };
   void Pass(const SmoothStep& step, const StepSources& sources);
   // The signs that the error with this index is given, where it has those of `values` or of itself.
   Vector Signs(Index error, const Eigen::Ref<const Vector>& values) const;
   Vector Signs(Index error) const;
-  void Raise(const Vector& within);
+  void Raise(const Matrix& errors, const Vector& within);
   // The errors of B y and w for the errors of x at the end of the step. What fast states make of them at its begin
-  // decays at once.
-  void RaiseOutputs(const SmoothStep& step, const Vector& overlooked_y);
+  // decays at once. The guards move by step.guard * shift while time does by its rounding.
+  void RaiseOutputs(const SmoothStep& step, const LegendreVector& shift, const Vector& overlooked_y);
 
   const Problem& problem_;
   Matrix errors_;  // one a column
   Matrix slopes_;  // their derivatives at the end of the last step, if its mode is not explicit
   bool has_event_ = false;
   Event event_;
+  double last_event_ = -std::numeric_limits<double>::infinity();
   unsigned steps_ = 0;
   Vector x_, noise_, By_, w_;
 };
