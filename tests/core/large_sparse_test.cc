@@ -162,7 +162,7 @@ TEST(LargeSparseTest, RefusesWhatDoesNotFitTheMemoryAndSaysHowMuchItNeeds) {
 
 // Most of what a contour takes are its factors, kept for the states: judged by one of them, and by how many were made.
 TEST(LargeSparseTest, PredictsTheMemoryOfContours) {
-  const Problem problem = AdvectedGrid({.side = 40, .constraints = 3, .speed = 0.4});
+  const Problem problem = AdvectedGrid({.side = 28, .constraints = 3, .speed = 0.4});
   Options options = With(Method::kExponentialIntegrator, PropagatorKind::kContour);
   options.num_threads = 1;
   options.output_times = {problem.horizon};
