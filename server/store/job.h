@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "server/store/clock.h"
@@ -52,8 +53,10 @@ struct NewJob {
   std::string problem;  // id of the owner's uploaded problem that the job needs until it has ended; empty: none
   std::string about;    // a description of the job, available without its body; opaque
   int priority = 0;     // among the owner's jobs; higher ones first
-  Demand demand;
+  Demand demand;        // of an ensemble: of one shard
   std::optional<Time> deadline;
+  // For an ensemble: the input of each shard; opaque, and deleted with its end. Empty for a solve.
+  std::vector<std::string> shards = {};
 };
 
 struct Job {
@@ -73,7 +76,9 @@ struct Job {
   int attempts = 0;               // started since the last progress, to detect jobs that crash their server
   std::int64_t sequence = 0;      // the mark: no event has a higher number, in the store or in memory
   std::int64_t last_event = 0;    // in the store
-  std::int64_t chunks = 0;        // parts of the trajectory in the store
+  std::int64_t chunks = 0;        // parts of the trajectory, or results of shards, in the store
+  std::int64_t shards = 0;        // of an ensemble; 0 for a solve
+  std::string tally = {};         // of an ensemble: the sum of what its shards counted; opaque
   double progress = 0;            // 0 to 1
   absl::Status error;             // of kFailed
   std::int64_t stored_bytes = 0;  // body, chunks, state and events

@@ -22,10 +22,13 @@ namespace dlcs::jobs {
 
 // The right to write to a job. Every claim gets a higher `fence`, and every write under a lease names it. If a worker
 // was taken for dead and another one has claimed the job, the writes of the first are refused (ABORTED).
+//
+// The lease on a job that is an ensemble is one on a shard of it. Several workers may have one each.
 struct Lease {
   JobId job;
   std::string worker;
   std::int64_t fence = 0;
+  std::optional<std::int64_t> shard = {};  // its number, from 0
 };
 
 struct ClaimedJob {
@@ -34,6 +37,7 @@ struct ClaimedJob {
   std::string body;
   // The state after the last accepted window; absent if there is none. job.chunks parts of the trajectory belong to it.
   std::optional<std::string> resume_state;
+  std::optional<std::string> shard_input = {};  // of the shard in the lease; job.attempts are then those at this shard
 };
 
 // A part of the trajectory, [begin, end] in the time of the problem. Parts are numbered from 0.
@@ -58,6 +62,22 @@ struct Outcome {
   JobState state = JobState::kFailed;  // a final one
   absl::Status error;
   std::vector<Event> events;  // the last is the summary
+};
+
+// What a shard of an ensemble left.
+struct ShardResult {
+  // What the members of stored shards add up to.
+  struct Count {
+    std::string tally;  // the job's from now on
+    std::string event;  // payload of kWindowAccepted
+  };
+
+  double begin = 0;  // of Chunk
+  double end = 0;
+  std::string data;
+  // The new count, from the job before this shard. Has no effects, since it is called again where a transaction is
+  // repeated.
+  std::function<Count(const Job& before)> count;
 };
 
 struct JobFilter {
@@ -122,8 +142,8 @@ class JobStore {
 
   virtual ~JobStore() = default;
 
-  // The job is QUEUED; event 1 says so. Errors: ALREADY_EXISTS when request_id belongs to a job with another body_hash;
-  // NOT_FOUND when the owner has no such problem.
+  // The job is QUEUED, an ensemble RUNNING; event 1 says so. Errors: ALREADY_EXISTS when request_id belongs to a job
+  // with another body_hash; NOT_FOUND when the owner has no such problem.
   virtual absl::StatusOr<Created> Create(const NewJob& job) = 0;
   // The job created with `request_id`, if there is one. Errors: ALREADY_EXISTS as above.
   virtual absl::StatusOr<std::optional<Job>> FindRequest(const std::string& owner, const std::string& request_id,
@@ -133,19 +153,21 @@ class JobStore {
   // `page_size` from 1. Errors: INVALID_ARGUMENT for a token that no page gave.
   virtual absl::StatusOr<JobPage> List(const JobFilter& filter, int page_size, const std::string& page_token) = 0;
 
-  // Requests a stop: QUEUED becomes CANCELLED with its summary; RUNNING becomes CANCELLING, which the next RenewLease()
-  // reports to the holder of the lease. Other states do not change.
+  // Requests a stop: QUEUED becomes CANCELLED with its summary, and so does an ensemble, whose leases are lost; a solve
+  // that is RUNNING becomes CANCELLING, which the next RenewLease() reports to the holder of the lease. Other states do
+  // not change.
   virtual absl::StatusOr<Job> RequestCancel(const std::optional<std::string>& owner, const JobId& id) = 0;
   // Deletes the job with all its data. Errors: FAILED_PRECONDITION unless its state is final.
   virtual absl::Status Delete(const std::optional<std::string>& owner, const JobId& id) = 0;
 
-  // Jobs that a worker may claim now: QUEUED, or with an expired lease; the oldest `limit` of them.
+  // Jobs that a worker may claim now: QUEUED, or with an expired lease, or with a shard that nobody holds; the oldest
+  // `limit` of them.
   virtual absl::StatusOr<std::vector<Job>> ListClaimable(int limit) = 0;
-  // All of them together.
+  // All of them together; each shard counts as a job.
   virtual absl::StatusOr<QueueDepth> MeasureQueue() = 0;
   // Claims the first of `candidates` that is claimable and that no other worker is claiming at this moment; absent if
   // there is none. (PostgreSQL: FOR UPDATE SKIP LOCKED.) Writes the event RUNNING (CANCELLING) with the number
-  // job.sequence.
+  // job.sequence. Of an ensemble it claims the first shard that nobody holds, and writes no event.
   virtual absl::StatusOr<std::optional<ClaimedJob>> Claim(const std::string& worker, Duration lease,
                                                           std::span<const JobId> candidates) = 0;
   // Ends the leases that an earlier process of `worker` left. Returns how many.
@@ -154,9 +176,13 @@ class JobStore {
   // True if a stop of the job was requested. Errors of all functions that write under a lease: ABORTED if it was lost.
   virtual absl::StatusOr<bool> RenewLease(const Lease& lease, Duration duration) = 0;
   virtual absl::Status Append(const Lease& lease, const Progress& progress) = 0;
+  // With the lease on a shard, ends the whole ensemble; its events are the store's own.
   virtual absl::Status Finish(const Lease& lease, const Outcome& outcome) = 0;
-  // Releases the job so that any worker can resume it: QUEUED, or still CANCELLING. `through` is the last event number
-  // used.
+  // Stores the result of a shard as the next chunk, and an event, and ends its lease, in one transaction. With the last
+  // shard the ensemble has SUCCEEDED. Errors: ABORTED also where it is repeated: the result is in the store then.
+  virtual absl::Status FinishShard(const Lease& lease, const ShardResult& result) = 0;
+  // Releases the job, or the shard, so that any worker can resume it: QUEUED, or still CANCELLING. `through` is the
+  // last event number used; a shard uses none.
   virtual absl::Status Release(const Lease& lease, std::int64_t through) = 0;
 
   // The durable events after `after`, in order, at most `limit`.

@@ -24,6 +24,15 @@ struct JobRow {
   Time now;  // the store's time when the row was read
 };
 
+// A shard of an ensemble that has not ended.
+struct ShardRow {
+  std::int64_t number = 0;  // from 0
+  std::string worker = {};
+  Time lease_until = {};
+  std::int64_t fence = 0;
+  int attempts = 0;
+};
+
 // Used within one transaction, which is rolled back unless the transition succeeds. Failures throw the database's
 // error.
 class JobTable {
@@ -42,8 +51,8 @@ class JobTable {
   // Marks the owner's uploaded problem as used now, and keeps it from being deleted until the transaction ends. False
   // if there is none with this id.
   virtual bool UseProblem(const std::string& owner, const std::string& id) = 0;
-  // Inserts a new job and its body, QUEUED and without events, and returns its locked row. Absent if its request_id was
-  // used meanwhile.
+  // Inserts a new job, its body and its shards, QUEUED and without events, and returns its locked row. Absent if its
+  // request_id was used meanwhile.
   virtual std::optional<JobRow> Insert(const NewJob& job) = 0;
   // Writes what may change. `job.last_event` may be derived from the events instead.
   virtual void Save(const JobRow& row) = 0;
@@ -57,6 +66,14 @@ class JobTable {
   // False if an event with this number exists, which is not changed.
   virtual bool AddEvent(std::int64_t number, const Event& event) = 0;
   virtual bool AddChunk(std::int64_t number, const Chunk& chunk) = 0;
+
+  // The shards of the job with this number, whose row is locked. Absent where there is none, or none to claim.
+  virtual std::optional<ShardRow> FindShard(std::int64_t number, std::int64_t shard) = 0;
+  virtual std::optional<ShardRow> FindClaimableShard(std::int64_t number) = 0;
+  virtual std::string ReadShardInput(std::int64_t number, std::int64_t shard) = 0;
+  virtual void SaveShard(std::int64_t number, const ShardRow& shard) = 0;
+  // One of them, or all.
+  virtual void DropShards(std::int64_t number, std::optional<std::int64_t> shard) = 0;
 };
 
 }  // namespace dlcs::jobs

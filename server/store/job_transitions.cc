@@ -59,6 +59,67 @@ void EnterState(JobTable& table, JobRow& row, JobState state) {
             .payload = std::make_shared<const std::string>(JobStateName(state))});
 }
 
+void AddSummary(JobTable& table, JobRow& row) {
+  AddEvent(table, row,
+           {.sequence = row.job.sequence + 1,
+            .time = row.now,
+            .kind = EventKind::kSummary,
+            .payload = std::make_shared<const std::string>()});
+}
+
+bool IsEnsemble(const Job& job) { return job.shards > 0; }
+
+// The row of the ensemble, and the shard, with this lease, which may have expired as in Held().
+struct HeldShard {
+  JobRow row;
+  ShardRow shard;
+};
+absl::StatusOr<HeldShard> HeldShardOf(JobTable& table, const Lease& lease) {
+  std::optional<JobRow> row = table.Lock(lease.job);
+  std::optional<ShardRow> shard;
+  if (row.has_value()) shard = table.FindShard(row->number, *lease.shard);
+  if (!shard.has_value() || shard->fence != lease.fence || shard->worker != lease.worker) {
+    return absl::AbortedError(
+        "The lease on the shard was lost: it is stored, another server has it, or the job ended.");
+  }
+  return HeldShard{*std::move(row), *std::move(shard)};
+}
+
+// The end of an ensemble. Leases on its shards are lost with them.
+void EndEnsemble(JobTable& table, JobRow& row, JobState state, const absl::Status& error) {
+  EnterState(table, row, state);
+  AddSummary(table, row);
+  row.job.finished = row.now;
+  row.job.error = error;
+  row.lease_until = {};
+  table.DropShards(row.number, std::nullopt);
+  table.Save(row);
+}
+
+// Claims a shard of the ensemble in `row`, which is locked; absent if there is none.
+std::optional<ClaimedJob> ClaimShard(JobTable& table, JobRow row, const std::string& worker, Duration lease) {
+  if (row.job.state == JobState::kCancelling) {  // by a server that knew no ensembles
+    EndEnsemble(table, row, JobState::kCancelled, absl::OkStatus());
+    return std::nullopt;
+  }
+  std::optional<ShardRow> shard = table.FindClaimableShard(row.number);
+  if (!shard.has_value()) return std::nullopt;
+  shard->worker = worker;
+  shard->lease_until = row.now + lease;
+  shard->fence = ++row.fence;
+  ++shard->attempts;
+  table.SaveShard(row.number, *shard);
+  if (!row.job.started.has_value()) row.job.started = row.now;
+  table.Save(row);
+  ClaimedJob claimed{.job = row.job,
+                     .lease = {.job = row.job.id, .worker = worker, .fence = shard->fence, .shard = shard->number},
+                     .body = table.ReadBody(row.number),
+                     .resume_state = std::nullopt,
+                     .shard_input = table.ReadShardInput(row.number, shard->number)};
+  claimed.job.attempts = shard->attempts;
+  return claimed;
+}
+
 void AddChunk(JobTable& table, JobRow& row, const Chunk& chunk) {
   if (!table.AddChunk(row.number, chunk)) return;
   row.job.chunks = chunk.number + 1;
@@ -93,7 +154,13 @@ absl::StatusOr<JobStore::Created> CreateJob(JobTable& table, const NewJob& job) 
     if (!earlier->has_value()) return absl::UnavailableError("The same request is being deleted: send it again.");
     return JobStore::Created{.job = **std::move(earlier), .existed = true};
   }
-  EnterState(table, *row, JobState::kQueued);
+  if (IsEnsemble(row->job)) {
+    // So that servers that know no ensembles do not claim it.
+    row->lease_until = Time::max();
+    EnterState(table, *row, JobState::kRunning);
+  } else {
+    EnterState(table, *row, JobState::kQueued);
+  }
   table.Save(*row);
   return JobStore::Created{.job = std::move(row->job), .existed = false};
 }
@@ -109,13 +176,11 @@ absl::StatusOr<Job> RequestCancelOfJob(JobTable& table, const std::optional<std:
   if (absl::Status status = VisibleJob(row, owner, id).status(); !status.ok()) return status;
   if (row->job.state == JobState::kQueued) {
     EnterState(table, *row, JobState::kCancelled);
-    AddEvent(table, *row,
-             {.sequence = row->job.sequence + 1,
-              .time = row->now,
-              .kind = EventKind::kSummary,
-              .payload = std::make_shared<const std::string>()});
+    AddSummary(table, *row);
     row->job.finished = row->now;
     table.Save(*row);
+  } else if (IsEnsemble(row->job) && !IsFinal(row->job.state)) {
+    EndEnsemble(table, *row, JobState::kCancelled, absl::OkStatus());
   } else if (row->job.state == JobState::kRunning) {
     // The holder of the lease writes the event, since the numbers above the mark belong to it.
     row->job.state = JobState::kCancelling;
@@ -138,7 +203,17 @@ absl::Status DeleteJob(JobTable& table, const std::optional<std::string>& owner,
 absl::StatusOr<std::optional<ClaimedJob>> ClaimJob(JobTable& table, const std::string& worker, Duration lease,
                                                    std::span<const JobId> candidates) {
   std::optional<JobRow> row = table.LockClaimable(candidates);
-  if (!row.has_value()) return std::optional<ClaimedJob>();
+  if (!row.has_value()) {
+    for (const JobId& id : candidates) {
+      if (std::optional<JobRow> found = table.Find(id); !found.has_value() || !IsEnsemble(found->job)) continue;
+      // Waits for others that claim or end a shard at this moment: they take milliseconds.
+      std::optional<JobRow> ensemble = table.Lock(id);
+      if (!ensemble.has_value() || IsFinal(ensemble->job.state)) continue;
+      std::optional<ClaimedJob> claimed = ClaimShard(table, *std::move(ensemble), worker, lease);
+      if (claimed.has_value()) return claimed;
+    }
+    return std::optional<ClaimedJob>();
+  }
   row->worker = worker;
   row->lease_until = row->now + lease;
   ++row->fence;
@@ -155,6 +230,13 @@ absl::StatusOr<std::optional<ClaimedJob>> ClaimJob(JobTable& table, const std::s
 }
 
 absl::StatusOr<bool> RenewLeaseOfJob(JobTable& table, const Lease& lease, Duration duration) {
+  if (lease.shard.has_value()) {
+    absl::StatusOr<HeldShard> held = HeldShardOf(table, lease);
+    if (!held.ok()) return held.status();
+    held->shard.lease_until = held->row.now + duration;
+    table.SaveShard(held->row.number, held->shard);
+    return false;
+  }
   absl::StatusOr<JobRow> row = HeldAndRunning(table, lease);
   if (!row.ok()) return row.status();
   row->lease_until = row->now + duration;
@@ -180,8 +262,16 @@ absl::Status AppendToJob(JobTable& table, const Lease& lease, const Progress& pr
 }
 
 absl::Status FinishJob(JobTable& table, const Lease& lease, const Outcome& outcome) {
-  if (!IsFinal(outcome.state) || outcome.events.empty() || outcome.events.back().kind != EventKind::kSummary) {
+  const bool is_ensemble = lease.shard.has_value();  // which writes its own events
+  const bool has_summary = !outcome.events.empty() && outcome.events.back().kind == EventKind::kSummary;
+  if (!IsFinal(outcome.state) || (!is_ensemble && !has_summary)) {
     return absl::InvalidArgumentError("A job ends in a final state and with its summary.");
+  }
+  if (is_ensemble) {
+    absl::StatusOr<HeldShard> held = HeldShardOf(table, lease);
+    if (!held.ok()) return held.status();
+    EndEnsemble(table, held->row, outcome.state, outcome.error);
+    return absl::OkStatus();
   }
   absl::StatusOr<JobRow> row = Held(table, lease);
   if (!row.ok()) return row.status();
@@ -202,7 +292,38 @@ absl::Status FinishJob(JobTable& table, const Lease& lease, const Outcome& outco
   return absl::OkStatus();
 }
 
+absl::Status FinishShardOfJob(JobTable& table, const Lease& lease, const ShardResult& result) {
+  absl::StatusOr<HeldShard> held = HeldShardOf(table, lease);
+  if (!held.ok()) return held.status();
+  JobRow& row = held->row;
+  Job& job = row.job;
+  ShardResult::Count count = result.count(job);
+  AddChunk(table, row, {.number = job.chunks, .begin = result.begin, .end = result.end, .data = result.data});
+  job.progress = static_cast<double>(job.chunks) / static_cast<double>(job.shards);
+  job.tally = std::move(count.tally);
+  AddEvent(table, row,
+           {.sequence = job.sequence + 1,
+            .time = row.now,
+            .kind = EventKind::kWindowAccepted,
+            .payload = std::make_shared<const std::string>(std::move(count.event))});
+  if (job.chunks == job.shards) {
+    EndEnsemble(table, row, JobState::kSucceeded, absl::OkStatus());
+    return absl::OkStatus();
+  }
+  table.DropShards(row.number, held->shard.number);
+  table.Save(row);
+  return absl::OkStatus();
+}
+
 absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t through) {
+  if (lease.shard.has_value()) {
+    absl::StatusOr<HeldShard> held = HeldShardOf(table, lease);
+    if (!held.ok()) return held.status();
+    held->shard.lease_until = {};
+    held->shard.attempts = 0;
+    table.SaveShard(held->row.number, held->shard);
+    return absl::OkStatus();
+  }
   absl::StatusOr<JobRow> row = HeldAndRunning(table, lease);
   if (!row.ok()) return row.status();
   row->job.sequence = through;

@@ -31,6 +31,7 @@ absl::StatusOr<std::optional<ClaimedJob>> ClaimJob(JobTable& table, const std::s
 absl::StatusOr<bool> RenewLeaseOfJob(JobTable& table, const Lease& lease, Duration duration);
 absl::Status AppendToJob(JobTable& table, const Lease& lease, const Progress& progress);
 absl::Status FinishJob(JobTable& table, const Lease& lease, const Outcome& outcome);
+absl::Status FinishShardOfJob(JobTable& table, const Lease& lease, const ShardResult& result);
 absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t through);
 
 // The job of `row`, if it exists and `owner` may see it.

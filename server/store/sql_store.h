@@ -50,6 +50,9 @@ class SqlStore : public Store {
   absl::Status Finish(const Lease& lease, const Outcome& outcome) final {
     return Write([&](Table& table) { return FinishJob(table, lease, outcome); });
   }
+  absl::Status FinishShard(const Lease& lease, const ShardResult& result) final {
+    return Write([&](Table& table) { return FinishShardOfJob(table, lease, result); });
+  }
   absl::Status Release(const Lease& lease, std::int64_t through) final {
     return Write([&](Table& table) { return ReleaseJob(table, lease, through); });
   }

@@ -34,8 +34,8 @@ absl::StatusOr<JobPage> PostgresJobStore::List(const JobFilter& filter, int page
 absl::StatusOr<std::vector<Job>> PostgresJobStore::ListClaimable(int limit) {
   return database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<std::vector<Job>> {
     std::vector<Job> jobs;
-    for (JobRow& row : ReadJobs(connection.Run("SELECT " DLCS_POSTGRES_JOB_COLUMNS
-                                               "FROM jobs WHERE " DLCS_POSTGRES_CLAIMABLE " ORDER BY number LIMIT $1",
+    for (JobRow& row : ReadJobs(connection.Run("SELECT " DLCS_POSTGRES_JOB_COLUMNS "FROM jobs WHERE " DLCS_POSTGRES_OPEN
+                                               " ORDER BY number LIMIT $1",
                                                limit))) {
       jobs.push_back(std::move(row.job));
     }
@@ -46,8 +46,10 @@ absl::StatusOr<std::vector<Job>> PostgresJobStore::ListClaimable(int limit) {
 absl::StatusOr<QueueDepth> PostgresJobStore::MeasureQueue() {
   return database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<QueueDepth> {
     const PostgresRows rows = connection.Run(
-        "SELECT COUNT(*), COALESCE(SUM(core_seconds), 0), COALESCE(dlcs_now() - MIN(created), 0) FROM jobs"
-        " WHERE " DLCS_POSTGRES_CLAIMABLE);
+        "SELECT COUNT(*), COALESCE(SUM(core_seconds), 0), COALESCE(dlcs_now() - MIN(created), 0) FROM"
+        " (SELECT core_seconds, created FROM jobs WHERE " DLCS_POSTGRES_CLAIMABLE
+        " UNION ALL SELECT core_seconds, created FROM shards JOIN jobs ON jobs.number = shards.job"
+        " WHERE shards.lease_until < dlcs_now()) AS open");
     return QueueDepth{.jobs = rows.Int(0, 0), .core_seconds = rows.Real(0, 1), .oldest_age = Duration(rows.Int(0, 2))};
   });
 }
@@ -57,7 +59,8 @@ absl::StatusOr<int> PostgresJobStore::ReleaseLeases(const std::string& worker) {
     return static_cast<int>(
         connection
             .Run("UPDATE jobs SET lease_until = 0 WHERE worker = $1 AND finished IS NULL AND lease_until > 0", worker)
-            .changed());
+            .changed() +
+        connection.Run("UPDATE shards SET lease_until = 0 WHERE worker = $1 AND lease_until > 0", worker).changed());
   });
 }
 

@@ -15,6 +15,15 @@ std::optional<JobRow> First(const PostgresRows& rows) {
   return std::move(jobs.front());
 }
 
+std::optional<ShardRow> FirstShard(const PostgresRows& rows) {
+  if (rows.empty()) return std::nullopt;
+  return ShardRow{.number = rows.Int(0, 0),
+                  .worker = rows.Bytes(0, 1),
+                  .lease_until = rows.TimeAt(0, 2),
+                  .fence = rows.Int(0, 3),
+                  .attempts = static_cast<int>(rows.Int(0, 4))};
+}
+
 std::optional<std::string> FirstBytes(const PostgresRows& rows) {
   if (rows.empty()) return std::nullopt;
   return rows.Bytes(0, 0);
@@ -66,6 +75,8 @@ std::vector<JobRow> ReadJobs(const PostgresRows& rows) {
     result.body_hash = rows.Bytes(row, column++);
     job.problem = rows.Bytes(row, column++);
     job.about = rows.Bytes(row, column++);
+    job.shards = rows.Int(row, column++);
+    job.tally = rows.Bytes(row, column++);
     result.now = rows.TimeAt(row, column++);
   }
   return jobs;
@@ -101,14 +112,18 @@ bool PostgresJobTable::UseProblem(const std::string& owner, const std::string& i
 std::optional<JobRow> PostgresJobTable::Insert(const NewJob& job) {
   std::optional<JobRow> row = First(connection_.Run(
       "INSERT INTO jobs (id, owner, request_id, body_hash, priority, core_seconds, memory_bytes, threads, deadline,"
-      " state, created, stored_bytes, problem, about)"
-      " VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, dlcs_now(), $11, $12, $13)"
+      " state, created, stored_bytes, problem, about, shard_count)"
+      " VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, dlcs_now(), $11, $12, $13, $14)"
       " ON CONFLICT DO NOTHING RETURNING " DLCS_POSTGRES_JOB_COLUMNS,
       job.id, job.owner, Bytea{job.request_id}, Bytea{job.body_hash}, job.priority, job.demand.core_seconds,
       job.demand.memory_bytes, job.demand.threads, job.deadline, static_cast<int>(JobState::kQueued),
-      static_cast<std::int64_t>(job.body.size()), job.problem, Bytea{job.about}));
-  if (row.has_value()) {
-    connection_.Run("INSERT INTO bodies (job, body) VALUES ($1, $2)", row->number, Bytea{job.body});
+      static_cast<std::int64_t>(job.body.size()), job.problem, Bytea{job.about},
+      static_cast<std::int64_t>(job.shards.size())));
+  if (!row.has_value()) return row;
+  connection_.Run("INSERT INTO bodies (job, body) VALUES ($1, $2)", row->number, Bytea{job.body});
+  for (std::size_t k = 0; k < job.shards.size(); ++k) {
+    connection_.Run("INSERT INTO shards (job, number, input) VALUES ($1, $2, $3)", row->number,
+                    static_cast<std::int64_t>(k), Bytea{job.shards[k]});
   }
   return row;
 }
@@ -119,10 +134,10 @@ void PostgresJobTable::Save(const JobRow& row) {
   connection_.Run(
       "UPDATE jobs SET state = $2, started = $3, finished = $4, worker = $5, lease_until = $6, fence = $7,"
       " attempts = $8, sequence = $9, last_event = $10, chunks = $11, progress = $12, error_code = $13,"
-      " error_message = $14, stored_bytes = $15 WHERE number = $1",
+      " error_message = $14, stored_bytes = $15, tally = $16 WHERE number = $1",
       row.number, static_cast<int>(job.state), job.started, job.finished, row.worker, row.lease_until, row.fence,
       job.attempts, job.sequence, job.last_event, job.chunks, job.progress, static_cast<int>(job.error.code()),
-      Bytea{error_message}, job.stored_bytes);
+      Bytea{error_message}, job.stored_bytes, Bytea{job.tally});
 }
 
 void PostgresJobTable::Delete(std::int64_t number) { connection_.Run("DELETE FROM jobs WHERE number = $1", number); }
@@ -161,6 +176,33 @@ bool PostgresJobTable::AddChunk(std::int64_t number, const Chunk& chunk) {
                  " ON CONFLICT DO NOTHING",
                  number, chunk.number, chunk.begin, chunk.end, Bytea{chunk.data})
              .changed() > 0;
+}
+
+std::optional<ShardRow> PostgresJobTable::FindShard(std::int64_t number, std::int64_t shard) {
+  return FirstShard(connection_.Run(
+      "SELECT number, worker, lease_until, fence, attempts FROM shards WHERE job = $1 AND number = $2", number, shard));
+}
+
+std::optional<ShardRow> PostgresJobTable::FindClaimableShard(std::int64_t number) {
+  return FirstShard(connection_.Run(
+      "SELECT number, worker, lease_until, fence, attempts FROM shards WHERE job = $1 AND lease_until < dlcs_now()"
+      " ORDER BY number LIMIT 1",
+      number));
+}
+
+std::string PostgresJobTable::ReadShardInput(std::int64_t number, std::int64_t shard) {
+  return FirstBytes(connection_.Run("SELECT input FROM shards WHERE job = $1 AND number = $2", number, shard))
+      .value_or("");
+}
+
+void PostgresJobTable::SaveShard(std::int64_t number, const ShardRow& shard) {
+  connection_.Run(
+      "UPDATE shards SET worker = $3, lease_until = $4, fence = $5, attempts = $6 WHERE job = $1 AND number = $2",
+      number, shard.number, shard.worker, shard.lease_until, shard.fence, shard.attempts);
+}
+
+void PostgresJobTable::DropShards(std::int64_t number, std::optional<std::int64_t> shard) {
+  connection_.Run("DELETE FROM shards WHERE job = $1 AND ($2 < 0 OR number = $2)", number, shard.value_or(-1));
 }
 
 }  // namespace dlcs::jobs

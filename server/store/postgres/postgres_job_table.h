@@ -12,13 +12,18 @@
 #include "server/store/job_table.h"
 #include "server/store/postgres/postgres.h"
 
-#define DLCS_POSTGRES_JOB_COLUMNS                                                                   \
-  "number, id, owner, request_id, priority, core_seconds, memory_bytes, threads, deadline, state, " \
-  "created, started, finished, attempts, sequence, last_event, chunks, progress, error_code, "      \
-  "error_message, stored_bytes, fence, worker, lease_until, body_hash, problem, about, dlcs_now() "
+#define DLCS_POSTGRES_JOB_COLUMNS                                                                            \
+  "number, id, owner, request_id, priority, core_seconds, memory_bytes, threads, deadline, state, "          \
+  "created, started, finished, attempts, sequence, last_event, chunks, progress, error_code, "               \
+  "error_message, stored_bytes, fence, worker, lease_until, body_hash, problem, about, shard_count, tally, " \
+  "dlcs_now() "
 
 // True for a job that no worker holds.
 #define DLCS_POSTGRES_CLAIMABLE "finished IS NULL AND (state = 1 OR lease_until < dlcs_now())"
+// True for a job of which a worker can hold something: the same, or an ensemble with a shard that no worker holds.
+#define DLCS_POSTGRES_OPEN                                                               \
+  "finished IS NULL AND (state = 1 OR lease_until < dlcs_now() OR (shard_count > 0 AND " \
+  "EXISTS (SELECT 1 FROM shards WHERE shards.job = jobs.number AND shards.lease_until < dlcs_now())))"
 
 namespace dlcs::jobs {
 
@@ -44,6 +49,11 @@ class PostgresJobTable final : public JobTable {
   void DropResumeState(std::int64_t number) override;
   bool AddEvent(std::int64_t number, const Event& event) override;
   bool AddChunk(std::int64_t number, const Chunk& chunk) override;
+  std::optional<ShardRow> FindShard(std::int64_t number, std::int64_t shard) override;
+  std::optional<ShardRow> FindClaimableShard(std::int64_t number) override;
+  std::string ReadShardInput(std::int64_t number, std::int64_t shard) override;
+  void SaveShard(std::int64_t number, const ShardRow& shard) override;
+  void DropShards(std::int64_t number, std::optional<std::int64_t> shard) override;
 
  private:
   PostgresConnection& connection_;

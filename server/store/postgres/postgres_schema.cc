@@ -124,7 +124,39 @@ CREATE INDEX jobs_holding_problems ON jobs (problem, owner) WHERE finished IS NU
 
 constexpr const char* kVersion3 = "ALTER TABLE jobs ADD COLUMN about BYTEA NOT NULL DEFAULT ''";
 
-constexpr std::array kScripts{kVersion1, kVersion2, kVersion3};
+constexpr const char* kVersion4 = R"sql(
+ALTER TABLE jobs ADD COLUMN shard_count BIGINT NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN tally BYTEA NOT NULL DEFAULT '';
+CREATE TABLE shards (
+  job BIGINT NOT NULL REFERENCES jobs (number) ON DELETE CASCADE,
+  number BIGINT NOT NULL,
+  worker TEXT NOT NULL DEFAULT '',
+  lease_until BIGINT NOT NULL DEFAULT 0,
+  fence BIGINT NOT NULL DEFAULT 0,
+  attempts BIGINT NOT NULL DEFAULT 0,
+  input BYTEA NOT NULL,
+  PRIMARY KEY (job, number)
+) WITH (fillfactor = 70);
+CREATE INDEX shards_by_worker ON shards (worker) WHERE worker <> '';
+ALTER TABLE shards ALTER input SET STORAGE EXTERNAL;
+
+-- As before, and of new ensembles, which are never queued as a whole.
+CREATE OR REPLACE FUNCTION dlcs_tell() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN
+  IF (NEW.state = 1 AND (TG_OP = 'INSERT' OR OLD.state <> 1)) OR (TG_OP = 'INSERT' AND NEW.shard_count > 0) THEN
+    PERFORM pg_notify('dlcs_jobs', 'q' || NEW.id);
+  END IF;
+  IF TG_OP = 'UPDATE' AND NEW.state = 3 AND OLD.state <> 3 THEN
+    PERFORM pg_notify('dlcs_jobs', 'c' || NEW.id);
+  END IF;
+  IF TG_OP = 'UPDATE' AND NEW.last_event > OLD.last_event AND OLD.last_event > 0 THEN
+    PERFORM pg_notify('dlcs_jobs', 'e' || NEW.id);
+  END IF;
+  RETURN NULL;
+END $$;
+)sql";
+
+constexpr std::array kScripts{kVersion1, kVersion2, kVersion3, kVersion4};
 
 // Absent where there are no tables.
 std::optional<std::size_t> VersionOf(PostgresConnection& connection) {

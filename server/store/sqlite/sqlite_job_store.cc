@@ -61,7 +61,7 @@ absl::StatusOr<JobPage> SqliteJobStore::List(const JobFilter& filter, int page_s
 absl::StatusOr<std::vector<Job>> SqliteJobStore::ListClaimable(int limit) {
   return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<std::vector<Job>> {
     const auto query =
-        connection.Prepare("SELECT " DLCS_JOB_COLUMNS " FROM jobs WHERE " DLCS_CLAIMABLE " ORDER BY number LIMIT ?2");
+        connection.Prepare("SELECT " DLCS_JOB_COLUMNS " FROM jobs WHERE " DLCS_OPEN " ORDER BY number LIMIT ?2");
     query->Bind(clock_.Now(), limit);
     std::vector<Job> jobs;
     while (query->Step()) jobs.push_back(ReadJob(*query).job);
@@ -72,7 +72,10 @@ absl::StatusOr<std::vector<Job>> SqliteJobStore::ListClaimable(int limit) {
 absl::StatusOr<QueueDepth> SqliteJobStore::MeasureQueue() {
   return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<QueueDepth> {
     const auto query = connection.Prepare(
-        "SELECT COUNT(*), TOTAL(core_seconds), ?1 - COALESCE(MIN(created), ?1) FROM jobs WHERE " DLCS_CLAIMABLE);
+        "SELECT COUNT(*), TOTAL(core_seconds), ?1 - COALESCE(MIN(created), ?1) FROM"
+        " (SELECT core_seconds, created FROM jobs WHERE " DLCS_CLAIMABLE
+        " UNION ALL SELECT core_seconds, created FROM shards JOIN jobs ON jobs.number = shards.job"
+        " WHERE shards.lease_until < ?1)");
     query->Bind(clock_.Now());
     if (!query->Step()) return QueueDepth();
     return QueueDepth{.jobs = query->Int(0), .core_seconds = query->Real(1), .oldest_age = Duration(query->Int(2))};
@@ -81,8 +84,10 @@ absl::StatusOr<QueueDepth> SqliteJobStore::MeasureQueue() {
 
 absl::StatusOr<int> SqliteJobStore::ReleaseLeases(const std::string& worker) {
   return database_.Write([&](SqliteConnection& connection) -> absl::StatusOr<int> {
-    return static_cast<int>(connection.Run(
-        "UPDATE jobs SET lease_until = 0 WHERE worker = ?1 AND finished IS NULL AND lease_until > 0", worker));
+    return static_cast<int>(
+        connection.Run("UPDATE jobs SET lease_until = 0 WHERE worker = ?1 AND finished IS NULL AND lease_until > 0",
+                       worker) +
+        connection.Run("UPDATE shards SET lease_until = 0 WHERE worker = ?1 AND lease_until > 0", worker));
   });
 }
 

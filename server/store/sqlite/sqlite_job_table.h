@@ -16,11 +16,15 @@
 #define DLCS_JOB_COLUMNS                                                                            \
   "number, id, owner, request_id, priority, core_seconds, memory_bytes, threads, deadline, state, " \
   "created, started, finished, attempts, sequence, chunks, progress, error_code, error_message, "   \
-  "stored_bytes, fence, worker, lease_until, body_hash, problem, about, "                           \
+  "stored_bytes, fence, worker, lease_until, body_hash, problem, about, shard_count, tally, "       \
   "(SELECT MAX(sequence) FROM events WHERE events.job = jobs.number)"
 
 // True for a job that no worker holds at the time ?1.
 #define DLCS_CLAIMABLE "finished IS NULL AND (state = 1 OR lease_until < ?1)"
+// True for a job of which a worker can hold something: the same, or an ensemble with a shard that no worker holds.
+#define DLCS_OPEN                                                                \
+  "finished IS NULL AND (state = 1 OR lease_until < ?1 OR (shard_count > 0 AND " \
+  "EXISTS (SELECT 1 FROM shards WHERE shards.job = jobs.number AND shards.lease_until < ?1)))"
 
 namespace dlcs::jobs {
 
@@ -46,6 +50,11 @@ class SqliteJobTable final : public JobTable {
   void DropResumeState(std::int64_t number) override;
   bool AddEvent(std::int64_t number, const Event& event) override;
   bool AddChunk(std::int64_t number, const Chunk& chunk) override;
+  std::optional<ShardRow> FindShard(std::int64_t number, std::int64_t shard) override;
+  std::optional<ShardRow> FindClaimableShard(std::int64_t number) override;
+  std::string ReadShardInput(std::int64_t number, std::int64_t shard) override;
+  void SaveShard(std::int64_t number, const ShardRow& shard) override;
+  void DropShards(std::int64_t number, std::optional<std::int64_t> shard) override;
 
  private:
   std::optional<JobRow> ReadFirst(SqliteStatement& query) const;

@@ -95,7 +95,24 @@ CREATE INDEX jobs_holding_problems ON jobs (problem, owner) WHERE finished IS NU
 // The description of a job, available without its body.
 constexpr const char* kVersion3 = "ALTER TABLE jobs ADD COLUMN about BLOB NOT NULL DEFAULT x''";
 
-constexpr std::array kScripts{kVersion1, kVersion2, kVersion3};
+// The shards of ensembles that are not stored yet. `tally`: what those that are stored have counted.
+constexpr const char* kVersion4 = R"sql(
+ALTER TABLE jobs ADD COLUMN shard_count INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN tally BLOB NOT NULL DEFAULT x'';
+CREATE TABLE shards (
+  job INTEGER NOT NULL REFERENCES jobs (number) ON DELETE CASCADE,
+  number INTEGER NOT NULL,
+  worker TEXT NOT NULL DEFAULT '',
+  lease_until INTEGER NOT NULL DEFAULT 0,
+  fence INTEGER NOT NULL DEFAULT 0,
+  attempts INTEGER NOT NULL DEFAULT 0,
+  input BLOB NOT NULL,
+  PRIMARY KEY (job, number)
+);
+CREATE INDEX shards_by_worker ON shards (worker) WHERE worker <> '';
+)sql";
+
+constexpr std::array kScripts{kVersion1, kVersion2, kVersion3, kVersion4};
 
 }  // namespace
 

@@ -66,6 +66,9 @@ class FailingStore final : public JobStore {
     if (before_finish) before_finish(lease);
     return Write([&] { return store_.Finish(lease, outcome); });
   }
+  absl::Status FinishShard(const Lease& lease, const ShardResult& result) override {
+    return Write([&] { return store_.FinishShard(lease, result); });
+  }
   absl::Status Release(const Lease& lease, std::int64_t through) override {
     return Write([&] { return store_.Release(lease, through); });
   }

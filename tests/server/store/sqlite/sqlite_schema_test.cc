@@ -40,7 +40,7 @@ TEST_F(SqliteSchemaTest, Version1LosesNothing) {
   const auto page = store.List({.owner = std::nullopt, .states = {}}, 10, "");
   ASSERT_TRUE(page.ok()) << page.status();
   ASSERT_EQ(page->jobs.size(), 3u);
-  EXPECT_EQ(Query("PRAGMA user_version"), "3");
+  EXPECT_EQ(Query("PRAGMA user_version"), "4");
   EXPECT_EQ(Query("PRAGMA integrity_check"), "ok");
 
   const Job& queued = page->jobs[0];
