@@ -130,7 +130,7 @@ void JobManager::FollowOthers() {
                   [now = clock_.Elapsed()](const auto& entry) { return entry.second.until <= now; });
     for (const auto& [id, weak] : logs_) {
       const auto log = weak.lock();
-      if (log != nullptr && !log->closed() && !active_.contains(id)) others.push_back(id);
+      if (log != nullptr && !log->closed() && !HasEventsOf(id)) others.push_back(id);
     }
   }
   for (const JobId& id : others) FollowOther(id);
@@ -142,7 +142,10 @@ void JobManager::FollowOther(const JobId& id) {
   const std::lock_guard lock(mutex_);
   const auto found = logs_.find(id);
   // Once this server has the job, events come from the run.
-  if (found == logs_.end() || active_.contains(id)) return;
+  if (found == logs_.end() || HasEventsOf(id)) return;
+  if (const auto active = active_.find(id); active != active_.end() && job.ok() && IsFinal(job->state)) {
+    active->second.run->Stop(StopCause::kLeaseLost);  // the ensemble ended elsewhere
+  }
   const std::shared_ptr<EventLog> log = found->second.lock();
   if (log == nullptr) return;
   if (job.ok()) {
@@ -177,7 +180,7 @@ void JobManager::OnStoreChange(const JobChange& change) {
         work_announced_ = options_.runs_jobs;
         break;
       case JobChange::What::kEvents:
-        if (is_ours || !logs_.contains(change.job)) return;
+        if (HasEventsOf(change.job) || !logs_.contains(change.job)) return;
         changed_jobs_.insert(change.job);
         break;
       case JobChange::What::kCancelling:
@@ -211,7 +214,7 @@ void JobManager::Refresh(const JobId& id) {
     const std::lock_guard lock(mutex_);
     if (const auto active = active_.find(id); active != active_.end()) run = active->second.run;
   }
-  if (run != nullptr) {
+  if (run != nullptr && !run->is_shard()) {
     RenewLease(*run);
   } else {
     FollowOther(id);

@@ -68,8 +68,12 @@ Scheduler::Request JobManager::RequestOf(const NewJob& job) {
   return {.id = job.id, .owner = job.owner, .priority = job.priority, .demand = job.demand, .deadline = job.deadline};
 }
 
+absl::StatusOr<Demand> JobManager::DemandOf(const Submission& submission) const {
+  return submission.demand.has_value() ? *submission.demand : cost_(submission);
+}
+
 absl::StatusOr<Demand> JobManager::Check(const Submission& submission) const {
-  absl::StatusOr<Demand> demand = cost_(submission);
+  absl::StatusOr<Demand> demand = DemandOf(submission);
   if (!demand.ok()) return demand;
   const std::lock_guard lock(mutex_);
   if (draining_) return Draining();
@@ -98,7 +102,7 @@ absl::StatusOr<JobStore::Created> JobManager::Submit(const Submission& submissio
   // Checked first, since predicting takes longer than refusing.
   if (absl::Status full = CheckPlaces(submission.owner); !full.ok()) return full;
 
-  const absl::StatusOr<Demand> demand = cost_(submission);
+  const absl::StatusOr<Demand> demand = DemandOf(submission);
   if (!demand.ok()) return demand.status();
   const NewJob job{.id = NewJobId(),
                    .owner = submission.owner,
@@ -109,7 +113,8 @@ absl::StatusOr<JobStore::Created> JobManager::Submit(const Submission& submissio
                    .about = submission.about,
                    .priority = submission.priority,
                    .demand = *demand,
-                   .deadline = submission.deadline};
+                   .deadline = submission.deadline,
+                   .shards = submission.shards};
   {
     const std::lock_guard lock(mutex_);
     if (draining_) return Draining();
@@ -139,11 +144,15 @@ absl::StatusOr<Job> JobManager::Cancel(const std::optional<std::string>& owner, 
     if (const auto active = active_.find(id); active != active_.end()) {
       active->second.cancelled = true;
       run = active->second.run;
-    } else if (const auto log = logs_.find(id); log != logs_.end()) {
+    }
+    if (const auto log = logs_.find(id); log != logs_.end() && !HasEventsOf(id)) {
       if (const auto live = log->second.lock()) live->AdvanceArchive(job->last_event, IsFinal(job->state));
     }
   }
-  if (run != nullptr && job->state == JobState::kCancelling) {
+  if (run == nullptr) return job;
+  if (run->is_shard()) {
+    run->Stop(StopCause::kCancelled);
+  } else if (job->state == JobState::kCancelling) {
     run->Stop(StopCause::kCancelled);
     run->ReportCancelling();
   }
@@ -178,12 +187,17 @@ std::shared_ptr<EventLog> JobManager::LogOf(const Job& job) {
   logs_[job.id] = log;
   if (IsFinal(job.state)) {
     log->AdvanceArchive(job.last_event, true);
-  } else if (!active_.contains(job.id)) {
+  } else if (!HasEventsOf(job.id)) {
     // Notifications of other servers since `job` was read were lost, because there was no log.
     changed_jobs_.insert(job.id);
     house_.notify_one();
   }
   return log;
+}
+
+bool JobManager::HasEventsOf(const JobId& id) const {
+  const auto active = active_.find(id);
+  return active != active_.end() && (active->second.run == nullptr || !active->second.run->is_shard());
 }
 
 bool JobManager::Healthy() const {
@@ -230,9 +244,10 @@ void JobManager::Work() {
       active_[start->id] = {};
       work_.notify_one();  // there may be room for another
       lock.unlock();
-      RunJob(*start);
+      const std::optional<Scheduler::Request> next = RunJob(*start);
       lock.lock();
       active_.erase(start->id);
+      if (next.has_value() && !scheduler_.Knows(next->id)) scheduler_.Restore(*next);
       idle_since_ = clock_.Elapsed();
       if (active_.empty()) idle_.notify_all();
       if (work_announced_) house_.notify_one();
@@ -245,7 +260,8 @@ void JobManager::Work() {
   }
 }
 
-void JobManager::RunJob(const Scheduler::Start& start) {
+std::optional<Scheduler::Request> JobManager::RunJob(const Scheduler::Start& start) {
+  std::optional<Scheduler::Request> next;
   const Duration began = clock_.Elapsed();
   const auto core_seconds = [&] {
     return std::chrono::duration<double>(clock_.Elapsed() - began).count() * start.threads;
@@ -260,9 +276,14 @@ void JobManager::RunJob(const Scheduler::Start& start) {
     }
     work_.notify_one();
     End(*run, end);
+    if (run->is_shard()) {
+      next = RequestOf(run->job());
+      Refresh(start.id);
+    }
   }
   const std::lock_guard lock(mutex_);
   scheduler_.Finished(start.id, core_seconds());
+  return next;
 }
 
 std::shared_ptr<JobRun> JobManager::Begin(const Scheduler::Start& start) {
@@ -280,6 +301,7 @@ std::shared_ptr<JobRun> JobManager::Begin(const Scheduler::Start& start) {
   active.run = run;
   if (active.cancelled || job.state == JobState::kCancelling) run->Stop(StopCause::kCancelled);
   if (draining_) run->Stop(StopCause::kDrain);
+  if (run->is_shard()) return run;
   if (const auto audience = watched_elsewhere_.find(start.id); audience != watched_elsewhere_.end()) {
     relay_.Want(start.id, log, audience->second.detail);
   }
@@ -306,6 +328,9 @@ JobEnd JobManager::Solve(JobRun& run) {
 }
 
 void JobManager::End(JobRun& run, const JobEnd& end) {
+  if (run.is_shard() && end.status.ok()) {
+    return Persist(run, [&] { return store_.FinishShard(run.lease(), end.shard); });
+  }
   JobState state = end.status.ok() ? JobState::kSucceeded : JobState::kFailed;
   absl::Status error = end.status;
   if (absl::IsCancelled(end.status)) {
@@ -322,10 +347,14 @@ void JobManager::End(JobRun& run, const JobEnd& end) {
       case StopCause::kDrain:
         return Persist(run, [&] { return run.Release(store_); });
       case StopCause::kLeaseLost:
-        return run.log()->Abandon();
+        return Abandon(run);
     }
   }
   Persist(run, [&] { return run.Finish(store_, state, error, end.summary); });
+}
+
+void JobManager::Abandon(JobRun& run) {
+  if (!run.is_shard()) run.log()->Abandon();
 }
 
 void JobManager::Persist(JobRun& run, const std::function<absl::Status()>& write) {
@@ -335,7 +364,7 @@ void JobManager::Persist(JobRun& run, const std::function<absl::Status()>& write
     if (status.ok()) return;
     {
       const std::lock_guard lock(mutex_);
-      if (absl::IsAborted(status) || abandoning_) return run.log()->Abandon();
+      if (absl::IsAborted(status) || abandoning_) return Abandon(run);
     }
     WaitForStore(pause);
   }

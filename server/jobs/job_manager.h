@@ -42,6 +42,7 @@ namespace dlcs::jobs {
 struct JobEnd {
   absl::Status status;
   std::string summary;
+  ShardResult shard = {};  // instead of the summary, where the run is of a shard of an ensemble and the status is OK
 };
 
 using SolveFunction = std::function<JobEnd(JobRun& run)>;
@@ -55,6 +56,8 @@ struct Submission {
   std::string about;    // as NewJob::about
   int priority = 0;
   std::optional<Time> deadline;
+  std::vector<std::string> shards = {};  // as NewJob::shards
+  std::optional<Demand> demand = {};     // where it is known without the cost model
 };
 
 // The predicted demand of a job. An error refuses the job.
@@ -139,12 +142,17 @@ class JobManager {
     EventDetail detail;
   };
 
+  absl::StatusOr<Demand> DemandOf(const Submission& submission) const;
+
   void Work();
-  void RunJob(const Scheduler::Start& start);
+  // The request to queue next: the ensemble again, if this was a shard of one.
+  std::optional<Scheduler::Request> RunJob(const Scheduler::Start& start);
   // Null if another server has it, or if the store does not answer.
   std::shared_ptr<JobRun> Begin(const Scheduler::Start& start);
   JobEnd Solve(JobRun& run);
   void End(JobRun& run, const JobEnd& end);
+  // The events of the run that are not in the store will never be.
+  static void Abandon(JobRun& run);
   // Repeats `write` until it succeeds, the lease is lost, or the server shuts down.
   void Persist(JobRun& run, const std::function<absl::Status()>& write);
   // Waits for `pause` before the store is tried again, and lengthens it. Returns at once if the store is not waited for
@@ -163,6 +171,8 @@ class JobManager {
   // Called by the store's thread: wakes the housekeeper to handle `change` now instead of at its next poll.
   void OnStoreChange(const JobChange& change);
   void Refresh(const JobId& id);
+  // With mutex_ held: whether the events of this job come from a run here. Those of an ensemble come from the store.
+  bool HasEventsOf(const JobId& id) const;
   // With mutex_ held: whether to poll the store now.
   bool WantsLook() const;
   void EnforceDeadlines();

@@ -102,6 +102,7 @@ absl::Status JobRun::Write(JobStore& store) {
 }
 
 absl::Status JobRun::Finish(JobStore& store, JobState state, const absl::Status& error, const std::string& summary) {
+  if (is_shard()) return store.Finish(job_.lease, {.state = state, .error = error, .events = {}});
   if (absl::Status status = Write(store); !status.ok()) return status;
   const std::lock_guard write_lock(write_mutex_);
   if (!outcome_.has_value()) {
@@ -118,6 +119,7 @@ absl::Status JobRun::Finish(JobStore& store, JobState state, const absl::Status&
 }
 
 absl::Status JobRun::Release(JobStore& store) {
+  if (is_shard()) return store.Release(job_.lease, 0);
   if (absl::Status status = Write(store); !status.ok()) return status;
   const std::lock_guard write_lock(write_mutex_);
   const std::int64_t last = log_->last_sequence();

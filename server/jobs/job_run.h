@@ -58,6 +58,8 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
   // trajectory has the same bits as without the interruption.
   const std::optional<std::string>& resume_state() const { return job_.resume_state; }
   std::int64_t num_accepted() const { return job_.job.chunks; }
+  // What to solve of an ensemble; absent for a solve. A run of a shard must not Emit() nor Accept().
+  const std::optional<std::string>& shard_input() const { return job_.shard_input; }
   int threads() const { return threads_; }
   std::stop_token stop() const { return stop_source_.get_token(); }
   StopCause cause() const { return cause_; }
@@ -85,6 +87,7 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
 
   const Job& job() const { return job_.job; }
   const Lease& lease() const { return job_.lease; }
+  bool is_shard() const { return job_.lease.shard.has_value(); }
   const std::shared_ptr<EventLog>& log() const { return log_; }
 
  private:
