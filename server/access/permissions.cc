@@ -28,6 +28,8 @@ constexpr std::pair<std::string_view, MethodRule> kRules[] = {
     {"/dlcs.v1.JobService/DeleteSolveJob", kChange},
     {"/dlcs.v1.JobService/WatchSolveJob", kLook},
     {"/dlcs.v1.JobService/ReadTrajectory", kLook},
+    {"/dlcs.v1.JobService/CreateEnsembleJob", kChange},
+    {"/dlcs.v1.JobService/ReadEnsemble", kLook},
     {"/dlcs.v1.ProblemService/UploadProblem", kChange},
     {"/dlcs.v1.ProblemService/CreateProblem", kChange},
     {"/dlcs.v1.ProblemService/GetProblem", kLook},

@@ -104,4 +104,74 @@ absl::StatusOr<ReadTrajectoryCall::Got> ReadTrajectoryCall::Next(v1::TrajectoryP
   return Got::kMessage;
 }
 
+// The results of an ensemble.
+
+absl::Status ReadEnsembleCall::Open() {
+  const absl::StatusOr<jobs::JobId> id = JobIdOf(request_.name());
+  if (!id.ok()) return id.status();
+  const absl::StatusOr<Caller> caller = CallerOf(environment_.access, context_);
+  if (!caller.ok()) return caller.status();
+  jobs::JobManager& manager = environment_.jobs->manager();
+  absl::StatusOr<EnsembleReader> reader = EnsembleReader::Create(manager.store(), caller->SeesJobsOf(), *id, request_);
+  if (!reader.ok()) return reader.status();
+  reader_ = *std::move(reader);
+  if (!request_.follow()) return absl::OkStatus();
+  absl::StatusOr<UserQuota::Ticket> place = environment_.watches.Take(caller->user);
+  if (!place.ok()) return place.status();
+  place_ = *std::move(place);
+  // Before the first read, so that no shard is stored unnoticed in between.
+  const absl::StatusOr<jobs::Job> job = manager.store().Get(caller->SeesJobsOf(), *id);
+  if (!job.ok()) return job.status();
+  jobs::EventWatchOptions options;
+  options.after = job->last_event;
+  options.durable_only = true;
+  auto watch = manager.Watch(caller->SeesJobsOf(), *id, options, Waker());
+  if (!watch.ok()) return watch.status();
+  watch_ = *std::move(watch);
+  return absl::OkStatus();
+}
+
+absl::Status ReadEnsembleCall::Work() {
+  if (!reader_) {
+    if (absl::Status opened = Open(); !opened.ok()) return opened;
+  }
+  if (std::exchange(fetches_, false)) return watch_->Fetch();
+  absl::StatusOr<std::optional<v1::EnsemblePage>> page = reader_->Next();
+  if (!page.ok()) return page.status();
+  page_ = *std::move(page);
+  waits_ = !page_.has_value();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ReadEnsembleCall::Got> ReadEnsembleCall::Next(v1::EnsemblePage& page) {
+  if (ended_) return Got::kEnd;
+  if (page_) {
+    page = *std::move(page_);
+    page_.reset();
+    ended_ = page.complete();
+    return Got::kMessage;
+  }
+  if (!waits_) return Got::kBlocks;
+  if (watch_ == nullptr) return Got::kEnd;
+  return Wait(page);
+}
+
+ReadEnsembleCall::Got ReadEnsembleCall::Wait(v1::EnsemblePage& page) {
+  switch (watch_->Next().got) {
+    case jobs::EventWatch::Got::kArchived:
+      fetches_ = true;
+      return Got::kBlocks;
+    case jobs::EventWatch::Got::kHeartbeat:
+      page = reader_->EmptyPage();
+      return Got::kMessage;
+    case jobs::EventWatch::Got::kNothing:
+      return Got::kNothing;
+    case jobs::EventWatch::Got::kEvent:
+    case jobs::EventWatch::Got::kEnd:
+      break;
+  }
+  waits_ = false;
+  return Got::kBlocks;
+}
+
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calls of JobService that stream: the events of a job, its trajectory.
+// The calls of JobService that stream: the events of a job, its trajectory, the results of an ensemble.
 
 #ifndef DLCS_SERVER_RPC_JOB_CALLS_H_
 #define DLCS_SERVER_RPC_JOB_CALLS_H_
@@ -13,6 +13,7 @@
 #include "server/access/user_quota.h"
 #include "server/jobs/job_manager.h"
 #include "server/rpc/stream_call.h"
+#include "server/solve_jobs/ensemble_results.h"
 #include "server/solve_jobs/job_trajectory.h"
 #include "server/solve_jobs/watch_view.h"
 
@@ -51,6 +52,30 @@ class ReadTrajectoryCall final : public StreamCall<v1::TrajectoryPage> {
   const v1::ReadTrajectoryRequest& request_;  // owned by gRPC, valid until OnDone()
   std::optional<TrajectoryReader> reader_;
   std::optional<v1::TrajectoryPage> page_;
+  bool ended_ = false;
+};
+
+// The results of an ensemble, and with `follow` those to come.
+class ReadEnsembleCall final : public StreamCall<v1::EnsemblePage> {
+ public:
+  ReadEnsembleCall(CallEnvironment& environment, grpc::CallbackServerContext& context,
+                   const v1::ReadEnsembleRequest& request)
+      : StreamCall(environment, context, CallKind::kStore), request_(request) {}
+
+ private:
+  absl::Status Open();
+  absl::Status Work() override;
+  absl::StatusOr<Got> Next(v1::EnsemblePage& page) override;
+  // Nothing more is stored: waits for an event of the job.
+  Got Wait(v1::EnsemblePage& page);
+
+  const v1::ReadEnsembleRequest& request_;  // owned by gRPC, valid until OnDone()
+  UserQuota::Ticket place_;
+  std::unique_ptr<jobs::JobWatch> watch_;  // of the events that come while it waits; null without `follow`
+  std::optional<EnsembleReader> reader_;
+  std::optional<v1::EnsemblePage> page_;
+  bool fetches_ = false;  // events are to be read from the store
+  bool waits_ = false;
   bool ended_ = false;
 };
 

@@ -17,6 +17,7 @@
 #include "server/rpc/job_solve_call.h"
 #include "server/rpc/unary_call.h"
 #include "server/solve_jobs/convert_job.h"
+#include "server/solve_jobs/ensemble_jobs.h"
 #include "server/solve_jobs/job_limits.h"
 #include "server/solve_jobs/job_refusal.h"
 #include "server/solve_jobs/page_size.h"
@@ -29,7 +30,9 @@ namespace {
 
 constexpr std::size_t kMaxRequestIdBytes = 128;
 
-absl::Status Check(const v1::CreateSolveJobRequest& request) {
+// For both kinds of requests to create a job.
+template <typename CreateRequest>
+absl::Status Check(const CreateRequest& request) {
   std::vector<Violation> violations;
   if (request.request_id().size() > kMaxRequestIdBytes) {
     violations.push_back(
@@ -74,16 +77,15 @@ std::string About(const v1::CreateSolveJobRequest& create, const std::optional<v
   return about.SerializeAsString();
 }
 
-// Renames violations of the solve to their paths in the request to create a job.
-absl::Status InCreateRequest(const absl::Status& status) {
+// Renames violations of a `Request` to their paths in a request to create a job, which has it as its field `field`.
+template <typename Request>
+absl::Status InCreateRequest(const absl::Status& status, const char* field) {
   std::vector<Violation> violations = ViolationsOf(status);
   if (violations.empty()) return status;
   for (Violation& violation : violations) {
     const std::string name = violation.field.substr(0, violation.field.find_first_of(".["));
-    if (v1::SolveRequest::descriptor()->FindFieldByName(name) == nullptr || name == "request_id" || name == "title") {
-      continue;
-    }
-    violation.field = "solve." + violation.field;
+    if (Request::descriptor()->FindFieldByName(name) == nullptr || name == "request_id" || name == "title") continue;
+    violation.field = fmt::format("{}.{}", field, violation.field);
   }
   return InvalidRequest(violations);
 }
@@ -100,8 +102,6 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
   }
   jobs::Submission submission;
   submission.owner = caller.user;
-  submission.request_id = request.request_id();
-  submission.priority = request.priority();
   v1::SolveRequest& solve = *request.mutable_solve();
   solve.clear_request_id();
   solve.clear_title();
@@ -117,22 +117,62 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
   }
   submission.about = About(request, uploaded);
   submission.body = solve.SerializeAsString();
+  // Deadline and priority are not part of the identity of a request: a client that repeats it may compute a new
+  // deadline.
+  submission.body_hash = ContentHash(submission.body);
+  return Submit(request, std::move(submission), trace_id);
+}
+
+template <typename CreateRequest>
+absl::StatusOr<v1::SolveJob> JobService::Submit(const CreateRequest& request, jobs::Submission submission,
+                                                const std::string& trace_id) {
+  submission.request_id = request.request_id();
+  submission.priority = request.priority();
   if (request.has_deadline()) submission.deadline = FromProto(request.deadline());
   if (request.validate_only()) {
     const absl::StatusOr<jobs::Demand> demand = jobs_.manager().Check(submission);
     if (!demand.ok()) return WithDetails(demand.status());
+    const double shards = submission.shards.empty() ? 1.0 : static_cast<double>(submission.shards.size());
     v1::SolveJob job;
-    job.set_predicted_core_seconds(demand->core_seconds);
+    job.set_predicted_core_seconds(demand->core_seconds * shards);
     job.set_predicted_memory_bytes(demand->memory_bytes);
     return job;
   }
-  // Deadline and priority are not part of the identity of a request: a client that repeats it may compute a new
-  // deadline.
-  submission.body_hash = ContentHash(submission.body);
   submission.body = WithTraceId(std::move(submission.body), trace_id);  // a client that repeats it may be in another
   const absl::StatusOr<jobs::JobStore::Created> created = jobs_.manager().Submit(submission);
   if (!created.ok()) return WithDetails(created.status());
   return ToProto(created->job);
+}
+
+absl::StatusOr<v1::SolveJob> JobService::CreateEnsemble(const Caller& caller, v1::CreateEnsembleJobRequest request,
+                                                        const std::string& trace_id) {
+  if (absl::Status status = Check(request); !status.ok()) return status;
+  // Before every member is checked, which may take seconds.
+  if (request.request_id().empty() && !request.validate_only()) {
+    if (absl::Status full = jobs_.manager().CheckPlaces(caller.user); !full.ok()) return WithDetails(full);
+  }
+  jobs::Submission submission;
+  submission.owner = caller.user;
+  if (NamesProblem(request.ensemble())) {
+    const absl::StatusOr<jobs::ProblemId> problem = ProblemIdOf(request.ensemble().problem_name(), "problem_name");
+    if (!problem.ok()) return problem.status();
+    submission.problem = *problem;
+  }
+  v1::CreateEnsembleJobRequest work;  // what is part of its identity
+  work.mutable_ensemble()->Swap(request.mutable_ensemble());
+  *work.mutable_results() = request.results();
+  work.set_shard_members(request.shard_members());
+  submission.body_hash = ContentHash(work.SerializeAsString());
+  absl::StatusOr<SplitEnsemble> split = Split(std::move(work), environment_.limits, jobs_.library().Of(caller.user));
+  if (!split.ok()) return split.status();
+  split->about.set_title(request.title());
+  split->about.mutable_options()->clear_grid_times();
+  split->about.mutable_options()->clear_output_times();
+  submission.about = split->about.SerializeAsString();
+  submission.body = std::move(split->body);
+  submission.shards = std::move(split->shards);
+  submission.demand = split->demand;
+  return Submit(request, std::move(submission), trace_id);
 }
 
 absl::StatusOr<v1::SolveJob> JobService::Get(const Caller& caller, const v1::GetSolveJobRequest& request) {
@@ -162,7 +202,10 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const Caller& caller,
   const absl::StatusOr<jobs::JobPage> page = jobs_.manager().store().List(filter, *size, request.page_token());
   if (!page.ok()) return page.status();
   v1::ListSolveJobsResponse response;
-  for (const jobs::Job& job : page->jobs) *response.add_jobs() = ToProto(job);
+  for (const jobs::Job& job : page->jobs) {
+    v1::SolveJob& listed = *response.add_jobs() = ToProto(job);
+    if (listed.has_ensemble()) listed.mutable_ensemble()->clear_columns();
+  }
   response.set_next_page_token(page->next_page_token);
   return response;
 }
@@ -191,7 +234,7 @@ grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext
       Audited("CreateSolveJob", *request,
               [=, this, trace_id = TraceIdOf(*context)](const Caller& caller) -> absl::StatusOr<v1::SolveJob> {
                 absl::StatusOr<v1::SolveJob> job = Create(caller, *request, trace_id);
-                return job.ok() ? job : InCreateRequest(job.status());
+                return job.ok() ? job : InCreateRequest<v1::SolveRequest>(job.status(), "solve");
               }));
 }
 
@@ -224,13 +267,30 @@ grpc::ServerUnaryReactor* JobService::DeleteSolveJob(grpc::CallbackServerContext
 }
 
 grpc::ServerWriteReactor<v1::SolveEvent>* JobService::WatchSolveJob(grpc::CallbackServerContext* context,
-                                                                  const v1::WatchSolveJobRequest* request) {
+                                                                    const v1::WatchSolveJobRequest* request) {
   return JobWatchCall::Start(std::make_shared<JobWatchCall>(environment_, *context, *request));
 }
 
 grpc::ServerWriteReactor<v1::TrajectoryPage>* JobService::ReadTrajectory(grpc::CallbackServerContext* context,
                                                                          const v1::ReadTrajectoryRequest* request) {
   return ReadTrajectoryCall::Start(std::make_shared<ReadTrajectoryCall>(environment_, *context, *request));
+}
+
+grpc::ServerUnaryReactor* JobService::CreateEnsembleJob(grpc::CallbackServerContext* context,
+                                                        const v1::CreateEnsembleJobRequest* request,
+                                                        v1::SolveJob* response) {
+  return AskStore(
+      environment_, *context, "create ensemble", *response,
+      Audited("CreateEnsembleJob", *request, [=, this, trace_id = TraceIdOf(*context)](const Caller& caller) {
+        absl::StatusOr<v1::SolveJob> job = CreateEnsemble(caller, *request, trace_id);
+        if (job.ok()) return job;
+        return absl::StatusOr<v1::SolveJob>(InCreateRequest<v1::SolveEnsembleRequest>(job.status(), "ensemble"));
+      }));
+}
+
+grpc::ServerWriteReactor<v1::EnsemblePage>* JobService::ReadEnsemble(grpc::CallbackServerContext* context,
+                                                                     const v1::ReadEnsembleRequest* request) {
+  return ReadEnsembleCall::Start(std::make_shared<ReadEnsembleCall>(environment_, *context, *request));
 }
 
 absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const Caller& caller, const v1::SolveRequest& request,

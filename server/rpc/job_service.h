@@ -32,9 +32,15 @@ class JobService final : public v1::JobService::CallbackService {
                                            const v1::DeleteSolveJobRequest* request,
                                            v1::DeleteSolveJobResponse* response) override;
   grpc::ServerWriteReactor<v1::SolveEvent>* WatchSolveJob(grpc::CallbackServerContext* context,
-                                                        const v1::WatchSolveJobRequest* request) override;
+                                                          const v1::WatchSolveJobRequest* request) override;
   grpc::ServerWriteReactor<v1::TrajectoryPage>* ReadTrajectory(grpc::CallbackServerContext* context,
                                                                const v1::ReadTrajectoryRequest* request) override;
+
+  grpc::ServerUnaryReactor* CreateEnsembleJob(grpc::CallbackServerContext* context,
+                                              const v1::CreateEnsembleJobRequest* request,
+                                              v1::SolveJob* response) override;
+  grpc::ServerWriteReactor<v1::EnsemblePage>* ReadEnsemble(grpc::CallbackServerContext* context,
+                                                           const v1::ReadEnsembleRequest* request) override;
 
   // SolverService::Solve with a request_id: the solve runs as a job.
   grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext& context,
@@ -43,6 +49,13 @@ class JobService final : public v1::JobService::CallbackService {
  private:
   // Takes a copy of the request, which may be large, since it becomes the body of the job.
   absl::StatusOr<v1::SolveJob> Create(const Caller& caller, v1::CreateSolveJobRequest request,
+                                      const std::string& trace_id);
+  absl::StatusOr<v1::SolveJob> CreateEnsemble(const Caller& caller, v1::CreateEnsembleJobRequest request,
+                                              const std::string& trace_id);
+  // The job of `submission`, which is complete except for what both kinds of requests to create one have in common.
+  // `trace_id` is stored with it.
+  template <typename CreateRequest>
+  absl::StatusOr<v1::SolveJob> Submit(const CreateRequest& request, jobs::Submission submission,
                                       const std::string& trace_id);
   absl::StatusOr<v1::Accepted> CreateForSolve(const Caller& caller, const v1::SolveRequest& request,
                                               std::chrono::system_clock::time_point deadline,

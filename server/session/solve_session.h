@@ -82,6 +82,8 @@ class FinishedSolve {
   std::optional<v1::SolveEvent> NextEvent();
 
   const Solution& solution() const { return solution_; }
+  // What evaluates its outputs; null where it has none.
+  OutputEvaluator* outputs() { return outputs_ ? &*outputs_ : nullptr; }
   // As in the summary: DEADLINE, where the engine only knows that it was cancelled.
   v1::Termination termination() const;
 

@@ -92,9 +92,14 @@ v1::SolveJob ToProto(const jobs::Job& job) {
   result.set_progress(job.progress);
   result.set_last_sequence(job.last_event);
   result.set_stored_bytes(job.stored_bytes);
-  result.set_predicted_core_seconds(job.demand.core_seconds);
+  result.set_predicted_core_seconds(job.demand.core_seconds *
+                                    static_cast<double>(std::max<std::int64_t>(job.shards, 1)));
   result.set_predicted_memory_bytes(job.demand.memory_bytes);
   if (!job.problem.empty()) result.set_problem_name(ProblemName(job.problem));
+  if (job.shards > 0) {
+    result.mutable_ensemble()->set_shards_done(static_cast<int>(job.chunks));
+    result.mutable_ensemble()->mutable_counts()->ParseFromString(job.tally);
+  }
   if (!job.error.ok()) {
     result.mutable_error()->set_code(static_cast<int>(job.error.code()));
     result.mutable_error()->set_message(std::string(job.error.message()));

@@ -13,10 +13,14 @@ JobBackend::JobBackend(const ServerConfig& config, Metrics& metrics, SetupCache*
     : store_(jobs::OpenStore(config.store, metrics.StoreTimer())),
       library_(*store_, ToUploadLimits(config), ToSessionLimits(config)),
       solver_(ToSessionLimits(config), setups, *store_, library_, std::chrono::milliseconds(config.checkpoint_ms)),
+      ensembles_(ToSessionLimits(config), setups, library_, metrics),
       manager_(
           ToJobManagerOptions(config), *store_,
           [this](const jobs::Submission& submission) { return solver_.Predict(submission.owner, submission.body); },
-          WithTelemetry(metrics, [this](jobs::JobRun& run) { return solver_.Solve(run); }), jobs::SystemClock()) {
+          WithTelemetry(
+              metrics,
+              [this](jobs::JobRun& run) { return run.is_shard() ? ensembles_.Solve(run) : solver_.Solve(run); }),
+          jobs::SystemClock()) {
   spdlog::info("jobs in {}, role {}, named {}", jobs::DescribeStore(config.store), config.role,
                manager_.options().worker);
 }

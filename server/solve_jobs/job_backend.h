@@ -9,6 +9,7 @@
 #include "core/setup_cache.h"
 #include "server/config/server_config.h"
 #include "server/jobs/job_manager.h"
+#include "server/solve_jobs/ensemble_jobs.h"
 #include "server/solve_jobs/job_solver.h"
 #include "server/solve_jobs/problem_library.h"
 #include "server/store/open_store.h"
@@ -31,7 +32,8 @@ class JobBackend {
  private:
   const std::unique_ptr<jobs::Store> store_;
   const ProblemLibrary library_;
-  JobSolver solver_;
+  const JobSolver solver_;
+  const EnsembleSolver ensembles_;
   jobs::JobManager manager_;  // last: its threads use the others
 };
 

@@ -11,7 +11,6 @@
 #include "core/problem/observer.h"
 #include "core/solve.h"
 #include "dlcs/v1/jobs.pb.h"
-#include "server/session/solve_session.h"
 #include "server/solve_jobs/job_trajectory.h"
 #include "server/solve_jobs/watch_view.h"
 #include "server/wire/convert.h"
@@ -190,11 +189,9 @@ absl::StatusOr<PreparedSolve> Prepare(const std::string& body, const SessionLimi
 
 }  // namespace
 
-absl::StatusOr<jobs::Demand> JobSolver::Predict(const std::string& owner, const std::string& body) const {
-  const absl::StatusOr<PreparedSolve> prepared = Prepare(body, limits_, library_.Of(owner));
-  if (!prepared.ok()) return prepared.status();
-  const double m = static_cast<double>(prepared->num_states()), n = static_cast<double>(prepared->num_constraints());
-  const auto* linear = std::get_if<Problem>(&prepared->system);
+jobs::Demand PredictDemand(const PreparedSolve& prepared) {
+  const double m = static_cast<double>(prepared.num_states()), n = static_cast<double>(prepared.num_constraints());
+  const auto* linear = std::get_if<Problem>(&prepared.system);
   const bool dense = linear == nullptr || linear->A.is_dense();
   // A step multiplies with the propagator and solves an LCP from a warm start; a set-up exponentiates or factors.
   const double step = (dense ? 2 * m * m : 100 * m) + 4 * m * std::min(n, 100.0) + 10 * n * n + 1000;
@@ -202,12 +199,18 @@ absl::StatusOr<jobs::Demand> JobSolver::Predict(const std::string& owner, const 
   constexpr double kFlopsPerSecond = 1e9;
   constexpr double kLargeSeconds = 1;  // below, a second thread has nothing to do
   jobs::Demand demand;
-  demand.core_seconds = 0.005 + (setup + CountSteps(*prepared) * step) / kFlopsPerSecond;
-  demand.threads = demand.core_seconds < kLargeSeconds ? 1 : std::max(prepared->options.num_threads, 1);
+  demand.core_seconds = 0.005 + (setup + CountSteps(prepared) * step) / kFlopsPerSecond;
+  demand.threads = demand.core_seconds < kLargeSeconds ? 1 : std::max(prepared.options.num_threads, 1);
   // The trajectory, once more of it on its way to the store, and matrices.
   const double matrices = sizeof(double) * ((dense ? 10 * m * m : 100 * m) + 10 * n * n);
-  demand.memory_bytes = 2 * prepared->result_bytes + static_cast<std::int64_t>(matrices) + (std::int64_t{1} << 20);
+  demand.memory_bytes = 2 * prepared.result_bytes + static_cast<std::int64_t>(matrices) + (std::int64_t{1} << 20);
   return demand;
+}
+
+absl::StatusOr<jobs::Demand> JobSolver::Predict(const std::string& owner, const std::string& body) const {
+  const absl::StatusOr<PreparedSolve> prepared = Prepare(body, limits_, library_.Of(owner));
+  if (!prepared.ok()) return prepared.status();
+  return PredictDemand(*prepared);
 }
 
 jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {

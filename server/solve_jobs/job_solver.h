@@ -11,12 +11,17 @@
 #include "server/jobs/job_manager.h"
 #include "server/jobs/job_run.h"
 #include "server/session/request_check.h"
+#include "server/session/solve_session.h"
 #include "server/solve_jobs/problem_library.h"
 #include "server/store/job_store.h"
 
 namespace dlcs {
 
 class SetupCache;
+
+// The predicted demand of a solve, accurate to a factor of ten in time and three in memory. The scheduler corrects the
+// time by what jobs actually took.
+jobs::Demand PredictDemand(const PreparedSolve& prepared);
 
 // The body of a job is a serialized v1::SolveRequest; a part of its trajectory is a serialized v1::TrajectoryChunk
 // whose indices count the whole trajectory, below 1 MB; the summary is a serialized v1::Summary.
@@ -28,8 +33,7 @@ class JobSolver {
             std::chrono::milliseconds checkpoint_every)
       : limits_(limits), setups_(setups), store_(store), library_(library), checkpoint_every_(checkpoint_every) {}
 
-  // The predicted demand of the job of `owner` with this body, accurate to a factor of ten in time and three in memory.
-  // The scheduler corrects the time by what jobs actually took. Errors: as PrepareSolve().
+  // The predicted demand of the job of `owner` with this body. Errors: as PrepareSolve().
   absl::StatusOr<jobs::Demand> Predict(const std::string& owner, const std::string& body) const;
 
   // One attempt: resumes after the stored part, and ends with the summary. Safe from several threads.

@@ -150,6 +150,9 @@ absl::StatusOr<std::optional<v1::TrajectoryPage>> TrajectoryReader::Next() {
       // Read before the parts, so that a job that ends in between is not reported as complete too early.
       const absl::StatusOr<jobs::Job> job = store_->Get(owner_, id_);
       if (!job.ok()) return job.status();
+      if (job->shards > 0) {
+        return absl::FailedPreconditionError("The job is an ensemble: ReadEnsemble reads its results.");
+      }
       may_grow = !jobs::IsFinal(job->state);
       auto chunks = store_->ReadChunks(id_, next_part_, kReadAheadBytes);
       if (!chunks.ok()) return chunks.status();

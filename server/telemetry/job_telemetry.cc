@@ -63,16 +63,18 @@ void Record(Metrics& metrics, const jobs::JobRun& run, const jobs::JobEnd& end, 
   const std::string termination = solved ? TerminationLabel(summary.termination()) : "";
   if (solved) metrics.Solved("job", method, termination, CostOf(summary.cost()));
   const std::string error = end.status.ok() || absl::IsCancelled(end.status) ? "" : std::string(end.status.message());
-  Log(spdlog::level::info, outcome == "interrupted" ? "job interrupted" : "job finished",
-      {{"job", "jobs/" + run.id()},
-       {"user", run.job().owner},
-       {"outcome", outcome},
-       {"method", method},
-       {"termination", termination},
-       {"error", error},
-       {"attempt", std::int64_t{run.job().attempts}},
-       {"seconds", took.count()},
-       {"trace_id", TraceIdIn(run.body())}});
+  const std::string what = run.is_shard() ? "shard" : "job";
+  LogFields facts = {{"job", "jobs/" + run.id()}};
+  if (run.is_shard()) facts.push_back({"shard", *run.lease().shard});
+  facts.insert(facts.end(), {{"user", run.job().owner},
+                             {"outcome", outcome},
+                             {"method", method},
+                             {"termination", termination},
+                             {"error", error},
+                             {"attempt", std::int64_t{run.job().attempts}},
+                             {"seconds", took.count()},
+                             {"trace_id", TraceIdIn(run.body())}});
+  Log(spdlog::level::info, what + (outcome == "interrupted" ? " interrupted" : " finished"), facts);
 }
 
 }  // namespace
