@@ -69,6 +69,12 @@ void AddEnsemble(CLI::App& main, EnsembleCommand& command) {
   AddFormatAndOutput(app, {"table", "json", "csv"}, command.solve.format,
                      "One line for each member (table); as they finish: JSON lines, or CSV", command.solve.output,
                      "the result");
+  CLI::Option& detach = *app.add_flag(
+      "--detach", command.detach,
+      "Create a job on the server, print its name and end; watch, result and cancel take it. It keeps the end of each "
+      "member");
+  app.add_flag("--extrema", command.extrema, "Also keep the smallest and largest value of each x, y, w and output")
+      ->needs(&detach);
   app.footer(fmt::format("{}\n\n{}", kEnsembleExamples, kEnsembleExitCodes));
 }
 

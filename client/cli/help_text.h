@@ -86,6 +86,7 @@ inline constexpr const char* kEnsembleExamples =
     "  dlcs ensemble circuit.json starts.csv --tolerance 1e-8\n"
     "  dlcs ensemble circuit.json sources.json --steps 10000 --server localhost:50051\n"
     "  dlcs ensemble circuit.json starts.csv --at 1,2 --format json --output solved.jsonl\n"
+    "  dlcs ensemble circuit.json starts.csv --detach\n"
     "\n"
     "Ctrl-C and SIGTERM cancel the running members and print the results so far; a second one ends at once.";
 

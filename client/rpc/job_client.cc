@@ -14,6 +14,11 @@ absl::StatusOr<v1::SolveJob> JobClient::Submit(v1::CreateSolveJobRequest request
   return retry_.Ask(*stub_, &v1::JobService::Stub::CreateSolveJob, request, limits);
 }
 
+absl::StatusOr<v1::SolveJob> JobClient::SubmitEnsemble(v1::CreateEnsembleJobRequest request, const CallLimits& limits) {
+  if (request.request_id().empty()) request.set_request_id(NewRequestId());
+  return retry_.Ask(*stub_, &v1::JobService::Stub::CreateEnsembleJob, request, limits);
+}
+
 absl::StatusOr<v1::SolveJob> JobClient::Get(const std::string& name, const CallLimits& limits) {
   v1::GetSolveJobRequest request;
   request.set_name(name);
@@ -90,6 +95,25 @@ absl::Status JobClient::ReadTrajectory(const v1::ReadTrajectoryRequest& request,
       on_page(page);
     }
     return reader->Finish();
+  });
+}
+
+absl::Status JobClient::ReadEnsemble(const v1::ReadEnsembleRequest& request,
+                                     const std::function<void(const v1::EnsembleShard&)>& on_shard,
+                                     const CallLimits& limits) {
+  v1::ReadEnsembleRequest rest = request;
+  return retry_.UntilDeadline(limits, [&](const CallLimits& left, bool& made_progress) {
+    Call call(retry_.connection(), left);
+    const auto reader = stub_->ReadEnsemble(call.context(), rest);
+    bool complete = false;
+    for (v1::EnsemblePage page; reader->Read(&page);) {
+      made_progress = true;
+      rest.set_resume_token(page.resume_token());
+      complete = page.complete();
+      if (page.has_shard()) on_shard(page.shard());
+    }
+    const grpc::Status status = reader->Finish();
+    return complete ? grpc::Status::OK : status;
   });
 }
 

@@ -29,8 +29,9 @@ class JobClient {
   JobClient(Connection connection, Notice notice)
       : stub_(v1::JobService::NewStub(connection.channel())), retry_(std::move(connection), std::move(notice)) {}
 
-  // A `request` without request_id gets a random one, so that repeating it is safe.
+  // A `request` without request_id gets a random one, so that repeating it is safe. The same for an ensemble.
   absl::StatusOr<v1::SolveJob> Submit(v1::CreateSolveJobRequest request, const CallLimits& limits);
+  absl::StatusOr<v1::SolveJob> SubmitEnsemble(v1::CreateEnsembleJobRequest request, const CallLimits& limits);
   absl::StatusOr<v1::SolveJob> Get(const std::string& name, const CallLimits& limits);
   // All pages. `states` may be empty.
   absl::StatusOr<std::vector<v1::SolveJob>> List(const std::vector<v1::JobState>& states, std::size_t most,
@@ -45,6 +46,11 @@ class JobClient {
   // Passes every page to `on_page` after checking its CRC; the last one says whether the job has ended.
   absl::Status ReadTrajectory(const v1::ReadTrajectoryRequest& request,
                               const std::function<void(const v1::TrajectoryPage&)>& on_page, const CallLimits& limits);
+
+  // Passes every shard to `on_shard`, exactly once in spite of lost connections, in the order in which they were
+  // stored; with request.follow() until the ensemble has ended.
+  absl::Status ReadEnsemble(const v1::ReadEnsembleRequest& request,
+                            const std::function<void(const v1::EnsembleShard&)>& on_shard, const CallLimits& limits);
 
  private:
   std::unique_ptr<v1::JobService::Stub> stub_;

@@ -40,11 +40,11 @@ absl::Status WriteArrays(OutputFormat format, const std::string& title, const So
     case OutputFormat::kNpy:
       return WriteNpy(result, out);
     case OutputFormat::kNpz:
-      return WriteNpz(title, result, out);
+      return WriteNpz(ArraysOf(title, result), out);
     case OutputFormat::kHdf5:
-      return WriteHdf5(title, result, out);
+      return WriteHdf5(ArraysOf(title, result), out);
     case OutputFormat::kMat:
-      return WriteMat(title, result, out);
+      return WriteMat(ArraysOf(title, result), out);
     case OutputFormat::kRaw:
       return WriteRaw(title, result, out);
     case OutputFormat::kTable:

@@ -68,7 +68,7 @@ std::string InWordsOfFiles(std::string field) {
 // Where the user finds `field`, a path in a request: "--steps" for options.steps, "problem.json: x0[1]" for
 // problem.x0[1].
 std::string PlaceOf(std::string field, const std::string& source) {
-  for (const std::string_view part : {"solve.", "problem.", "nonlinear.", "options."}) {
+  for (const std::string_view part : {"solve.", "ensemble.", "problem.", "nonlinear.", "options."}) {
     if (field.starts_with(part)) field.erase(0, part.size());
   }
   const std::string flag = FlagAndIndex(field);
@@ -103,7 +103,8 @@ ExitCode PrintCallError(const absl::Status& status, const std::string& source, c
   const google::rpc::BadRequest bad_request = BadRequestOf(status);
   if (bad_request.field_violations().empty()) return PrintError(status, ExitCodeOf(status));
   for (const auto& violation : bad_request.field_violations()) {
-    const bool of_member = !members.empty() && violation.field().starts_with("members");
+    const bool of_member = !members.empty() && (violation.field().starts_with("members") ||
+                                                violation.field().starts_with("ensemble.members"));
     fmt::print(stderr, "dlcs: {}: {}\n", PlaceOf(violation.field(), of_member ? members : source),
                violation.description());
   }

@@ -13,6 +13,7 @@
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/interrupt.h"
+#include "client/cli/commands/job_support.h"
 #include "client/cli/commands/problem_input.h"
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/ensemble_output.h"
@@ -23,6 +24,8 @@
 #include "client/files/json_text.h"
 #include "client/files/members_file.h"
 #include "client/result/names.h"
+#include "proto/shared/title_limit.h"
+#include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {
 namespace {
@@ -74,6 +77,24 @@ v1::SolveEnsembleRequest MakeRequest(const SolveCommand& command, const ProblemI
   return request;
 }
 
+// Creates a job for the ensemble, and prints its name.
+ExitCode Detach(const EnsembleCommand& command, const ProblemInput& input,
+                const std::vector<v1::EnsembleMember>& members, const CallLimits& limits) {
+  const ServerTarget& named = command.solve.server;
+  const auto client = Connect({.server = named.address.empty() ? ServerAt(kDefaultServer) : named});
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
+  v1::CreateEnsembleJobRequest request;
+  *request.mutable_ensemble() = input.EnsembleRequest(command.solve.options);
+  request.mutable_ensemble()->mutable_members()->Add(members.begin(), members.end());
+  request.mutable_results()->set_extrema(command.extrema);
+  if (!input.is_uploaded()) request.set_title(TruncateUtf8(input.title(), kMaxTitleBytes));
+  const auto job = (*client)->jobs().SubmitEnsemble(std::move(request), limits);
+  if (!job.ok()) return PrintCallError(job.status(), input.source(), SourceName(command.members_path));
+  fmt::print("{}\n", job->name());
+  const absl::Status printed = FlushStream(stdout, "standard output");
+  return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);
+}
+
 ExitCode ExitCodeOfSummary(const v1::EnsembleSummary& summary) {
   if (summary.stopped() + summary.not_begun() > 0) return kServiceFailed;
   return summary.failed() > 0 ? kNoAnswer : kSolved;
@@ -83,6 +104,9 @@ ExitCode ExitCodeOfSummary(const v1::EnsembleSummary& summary) {
 
 ExitCode Run(const EnsembleCommand& command) {
   const SolveCommand& solve = command.solve;
+  if (command.detach && command.members_path.empty()) {
+    return PrintError(absl::InvalidArgumentError("--detach: needs a file with members"), kBadInput);
+  }
   if (command.members_path.empty()) return RunSweep(command);
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(solve.problem_path, solve.server, solve.rule);
   if (!input.ok()) return PrintError(input.status(), kBadInput);
@@ -106,6 +130,10 @@ ExitCode Run(const EnsembleCommand& command) {
   const auto constraints = static_cast<int>(input->constraints());
   const auto members = ReadMembersFile(command.members_path, states, constraints);
   if (!members.ok()) return PrintError(members.status(), kBadInput);
+  if (command.detach) {
+    if (!interrupt) interrupt.emplace();
+    return Detach(command, *input, *members, limits());
+  }
   const auto output = OpenOutput(solve.output, {solve.problem_path, command.members_path});
   if (!output.ok()) return PrintError(output.status(), kBadInput);
   std::FILE* out = *output ? (*output)->stream() : stdout;

@@ -12,6 +12,7 @@
 
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/problem_input.h"
+#include "client/cli/output/ensemble_output.h"
 #include "client/result/names.h"
 
 namespace dlcs::client {
@@ -143,6 +144,10 @@ absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string
   return TheOne(typed, "problem", "problems", found);
 }
 
+std::string TitleOf(const v1::SolveJob& job) {
+  return job.title().empty() ? job.name() : WithoutControlCharacters(job.title());
+}
+
 ExitCode ConcludeJob(const v1::SolveJob& job) {
   if (job.state() == v1::JOB_STATE_FAILED) {
     fmt::print(stderr, "dlcs: {} failed: {}\n", job.name(), job.error().message());
@@ -151,6 +156,10 @@ ExitCode ConcludeJob(const v1::SolveJob& job) {
   if (job.state() == v1::JOB_STATE_CANCELLED) {
     fmt::print(stderr, "dlcs: {} was cancelled\n", job.name());
     return kServiceFailed;
+  }
+  if (job.has_ensemble()) {
+    fmt::print(stderr, "dlcs: {}\n", CountText(job.ensemble().counts()));
+    return job.ensemble().counts().failed() > 0 ? kNoAnswer : kSolved;
   }
   const v1::Summary& summary = job.summary();
   if (!Succeeded(summary)) fmt::print(stderr, "dlcs: {}: {}\n", VerdictText(summary), summary.message());

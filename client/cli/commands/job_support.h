@@ -51,6 +51,14 @@ absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string
 // have. A stop ends the watch, not the job.
 ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLimits& limits);
 
+// Reads the results of the ensemble `job`, those to come too, and prints them as `command` asks for. Returns the exit
+// code that `ensemble` would have.
+ExitCode PrintEnsemble(JobClient& client, const ResultCommand& command, const v1::SolveJob& job,
+                       const CallLimits& limits);
+
+// The title of a job, or its name.
+std::string TitleOf(const v1::SolveJob& job);
+
 // Prints the outcome of a finished job on standard error. Returns the exit code that `solve` would have.
 ExitCode ConcludeJob(const v1::SolveJob& job);
 

@@ -165,17 +165,9 @@ absl::Status ReadPages(JobClient& client, const std::string& name, const ResultC
   return read;
 }
 
-// The title of the result.
-std::string TitleOf(const v1::SolveJob& job) {
-  return job.title().empty() ? job.name() : WithoutControlCharacters(job.title());
-}
-
 }  // namespace
 
 ExitCode Run(const ResultCommand& command) {
-  const auto output = OpenOutput(command.output);
-  if (!output.ok()) return PrintError(output.status(), kBadInput);
-  std::FILE* const out = *output ? (*output)->stream() : stdout;
   const Interrupt interrupt;
   const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
@@ -185,12 +177,16 @@ ExitCode Run(const ResultCommand& command) {
   if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
   const auto job = (*client)->jobs().Get(*name, limits);
   if (!job.ok()) return PrintError(job.status(), ExitCodeOf(job.status()));
+  if (job->has_ensemble()) return PrintEnsemble((*client)->jobs(), command, *job, limits);
   if (!HasEnded(job->state())) {
     return PrintError(
         absl::FailedPreconditionError(fmt::format("{} is {}, {:.0f} % done: dlcs watch {} waits for it", job->name(),
                                                   JobStateWord(job->state()), 100 * job->progress(), job->name())),
         kServiceFailed);
   }
+  const auto output = OpenOutput(command.output);
+  if (!output.ok()) return PrintError(output.status(), kBadInput);
+  std::FILE* const out = *output ? (*output)->stream() : stdout;
   SolveResult result;
   result.summary = job->summary();
   absl::Status read = ReadAnalysis((*client)->jobs(), *name, limits, result.analysis);

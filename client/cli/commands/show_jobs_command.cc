@@ -15,6 +15,7 @@
 #include "client/cli/commands/job_support.h"
 #include "client/cli/options/solve_option_table.h"
 #include "client/cli/output/atomic_file.h"
+#include "client/cli/output/ensemble_output.h"
 #include "client/cli/output/message_json.h"
 #include "client/cli/output/terminal.h"
 #include "client/cli/output/words.h"
@@ -85,6 +86,12 @@ void PrintWhole(const v1::SolveJob& job) {
   if (job.has_options()) fmt::print("  options    {}\n", OptionsText(job.options()));
   if (!job.owner().empty()) fmt::print("  owner      {}\n", job.owner());
   fmt::print("  state      {}, {:.0f} % done\n", JobStateWord(job.state()), 100 * job.progress());
+  if (job.has_ensemble()) {
+    const v1::EnsembleProgress& ensemble = job.ensemble();
+    fmt::print("  members    {}, in {} of up to {}, {} done\n", ensemble.members(), Count(ensemble.shards(), "shard"),
+               ensemble.shard_members(), ensemble.shards_done());
+    if (ensemble.shards_done() > 0) fmt::print("  outcomes   {}\n", CountText(ensemble.counts()));
+  }
   fmt::print("  submitted  {}, {} ago\n", TimeText(job.create_time()), AgeText(job.create_time()));
   fmt::print("  started    {}\n", TimeText(job.start_time()));
   fmt::print("  ended      {}\n", TimeText(job.end_time()));

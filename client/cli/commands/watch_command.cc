@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/interrupt.h"
@@ -21,7 +23,9 @@ class JobView {
  public:
   JobView(const WatchCommand& command, const v1::SolveJob& job)
       : command_(command),
-        terminal_(!command.quiet && command.format != OutputFormat::kJson && job.horizon() > 0 && CanRedraw(stderr)),
+        members_(job.ensemble().members()),
+        terminal_(!command.quiet && command.format != OutputFormat::kJson && members_ == 0 && job.horizon() > 0 &&
+                  CanRedraw(stderr)),
         view_(stderr, {.terminal = terminal_,
                        .color = UsesColor(stderr),
                        .utf8 = UsesUtf8(),
@@ -39,6 +43,7 @@ class JobView {
       case v1::SolveEvent::kState:
         return view_.OnText(fmt::format("{} {}", TimeText(event.time()), JobStateWord(event.state())));
       case v1::SolveEvent::kCheckpointed:
+        if (members_ > 0) return ShowMembers(event.checkpointed());
         view_.OnReached(event.checkpointed().time());
         if (terminal_) return;  // the panel says so
         return view_.OnText(fmt::format("stored up to t = {:.6g} ({:.0f} %)", event.checkpointed().time(),
@@ -56,13 +61,22 @@ class JobView {
   }
 
  private:
+  // A line for each percent, since there may be thousands of shards.
+  void ShowMembers(const v1::Checkpointed& stored) {
+    const int percent = static_cast<int>(100 * stored.progress());
+    if (percent <= std::exchange(percent_, std::max(percent, percent_))) return;
+    view_.OnText(fmt::format("{} of {} members ({} %)", stored.times(), members_, percent));
+  }
+
   static void PrintJsonLine(const v1::SolveEvent& event) {
     fmt::print("{}\n", JsonLine(event));
     std::fflush(stdout);
   }
 
   const WatchCommand& command_;
+  const std::int64_t members_;  // 0 for a solve
   const bool terminal_;
+  int percent_ = 0;
   LiveView view_;
   std::int64_t skipped_ = 0;
 };

@@ -126,4 +126,12 @@ std::string CountText(const v1::EnsembleSummary& summary) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
+std::string CountText(const v1::EnsembleCounts& counts) {
+  v1::EnsembleSummary summary;
+  summary.set_solved(static_cast<std::int32_t>(counts.solved()));
+  summary.set_reached(static_cast<std::int32_t>(counts.reached()));
+  summary.set_failed(static_cast<std::int32_t>(counts.failed()));
+  return CountText(summary);
+}
+
 }  // namespace dlcs::client

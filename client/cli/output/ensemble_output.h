@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "client/result/backend.h"
+#include "dlcs/v1/jobs.pb.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -42,6 +43,9 @@ class EnsembleTable {
 
 // "98 solved, 2 failed"; counts of 0 are omitted.
 std::string CountText(const v1::EnsembleSummary& summary);
+
+// The same of an ensemble that is a job.
+std::string CountText(const v1::EnsembleCounts& counts);
 
 // A header member,label,t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of a member.
 void PrintMemberCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, std::FILE* out);

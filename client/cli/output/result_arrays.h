@@ -58,13 +58,13 @@ ResultArrays ArraysOf(const std::string& title, const SolveResult& result);
 // One array of two dimensions, with the columns of the CSV, t, x, y and w or t and the outputs, without their names.
 absl::Status WriteNpy(const SolveResult& result, std::FILE* out);
 // A zip archive of arrays and `summary.json`, not packed.
-absl::Status WriteNpz(const std::string& title, const SolveResult& result, std::FILE* out);
+absl::Status WriteNpz(const ResultArrays& all, std::FILE* out);
 // A MAT file of level 5, with the names as cell arrays of text. Every variable is smaller than 2 GB.
-absl::Status WriteMat(const std::string& title, const SolveResult& result, std::FILE* out);
+absl::Status WriteMat(const ResultArrays& all, std::FILE* out);
 // The raw file of SPICE: the columns of the CSV with their names.
 absl::Status WriteRaw(const std::string& title, const SolveResult& result, std::FILE* out);
 // A dataset for each array and for the names; the summary is an attribute of the file.
-absl::Status WriteHdf5(const std::string& title, const SolveResult& result, std::FILE* out);
+absl::Status WriteHdf5(const ResultArrays& all, std::FILE* out);
 
 }  // namespace dlcs::client
 

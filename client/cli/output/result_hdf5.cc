@@ -88,8 +88,7 @@ absl::Status WriteImage(hid_t file, std::FILE* out) {
 
 }  // namespace
 
-absl::Status WriteHdf5(const std::string& title, const SolveResult& result, std::FILE* out) {
-  const ResultArrays all = ArraysOf(title, result);
+absl::Status WriteHdf5(const ResultArrays& all, std::FILE* out) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // or it prints its errors
   const Hdf5Object access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   constexpr std::size_t kGrowth = std::size_t{1} << 20;

@@ -124,8 +124,7 @@ void WriteMatArray(const ResultArray& array, std::FILE* out) {
 
 }  // namespace
 
-absl::Status WriteMat(const std::string& title, const SolveResult& result, std::FILE* out) {
-  const ResultArrays all = ArraysOf(title, result);
+absl::Status WriteMat(const ResultArrays& all, std::FILE* out) {
   for (const ResultArray& array : all.arrays) {
     if (BytesOf(array) <= kMaxVariableBytes) continue;
     return absl::OutOfRangeError(

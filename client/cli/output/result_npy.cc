@@ -176,8 +176,7 @@ absl::Status WriteNpy(const SolveResult& result, std::FILE* out) {
   return absl::OkStatus();  // whoever flushes `out` sees what was lost
 }
 
-absl::Status WriteNpz(const std::string& title, const SolveResult& result, std::FILE* out) {
-  const ResultArrays all = ArraysOf(title, result);
+absl::Status WriteNpz(const ResultArrays& all, std::FILE* out) {
   ZipWriter archive(out);
   for (const ResultArray& array : all.arrays) {
     const std::array<std::size_t, 2> shape = {array.rows, array.columns};
