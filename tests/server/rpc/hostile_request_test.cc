@@ -107,8 +107,8 @@ TEST_F(HostileRequestTest, ShapesThatNobodyCanHold) {
                      INVALID_ARGUMENT, "problem.m");
   ExpectSolveRefused([](auto& request) { request.mutable_options()->set_steps(1'000'000'000); }, RESOURCE_EXHAUSTED,
                      "max_steps");
-  ExpectSolveRefused([](auto& request) { request.mutable_options()->set_steps(2'000'000'000); },
-                     INVALID_ARGUMENT, "steps: 2000000000; must be between 1 and 1000000000");
+  ExpectSolveRefused([](auto& request) { request.mutable_options()->set_steps(2'000'000'000); }, INVALID_ARGUMENT,
+                     "steps: 2000000000; must be between 1 and 1000000000");
   grpc::ClientContext context;
   v1::SolveLcpRequest lcp;
   v1::SolveLcpResponse response;
@@ -141,6 +141,10 @@ TEST_F(HostileRequestTest, NamesThatAreNone) {
     v1::ReadTrajectoryRequest read_request;
     read_request.set_name(name);
     ExpectRefused(jobs_->ReadTrajectory(&read, read_request)->Finish(), INVALID_ARGUMENT, "name: ");
+    grpc::ClientContext read_ensemble;
+    v1::ReadEnsembleRequest ensemble_request;
+    ensemble_request.set_name(name);
+    ExpectRefused(jobs_->ReadEnsemble(&read_ensemble, ensemble_request)->Finish(), INVALID_ARGUMENT, "name: ");
   }
 }
 

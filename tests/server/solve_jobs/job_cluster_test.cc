@@ -15,6 +15,7 @@
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "tests/server/dlcsd_process.h"
 #include "tests/server/service_fixture.h"
+#include "tests/server/solve_jobs/fleet_server.h"
 #include "tests/server/solve_jobs/followed_jobs.h"
 #include "tests/server/store/postgres/postgres_server.h"
 #include "tests/server/store/random_kills.h"
@@ -29,39 +30,12 @@ using std::chrono::seconds;
 using std::chrono::steady_clock;
 using ::testing::AllOf;
 using testing::DlcsdProcess;
+using Server = testing::FleetServer;
 using ::testing::HasSubstr;
 
 constexpr std::size_t kUnfinished = 5;  // jobs at any time
-// A worker that is away for longer than its lease finds its jobs in other hands.
-constexpr int kLeaseMs = 1000;
+// Longer than the lease.
 constexpr int kLongestAbsenceMs = 1500;
-
-class Server {
- public:
-  Server(std::string role, std::string name, std::string store)
-      : role_(std::move(role)), name_(std::move(name)), store_(std::move(store)) {
-    Start();
-  }
-  void Start() {
-    process_ = std::make_unique<DlcsdProcess>(std::vector<std::string>{
-        "--listen", address_, "--store", store_, "--role", role_, "--worker-name", name_, "--lease-ms",
-        std::to_string(kLeaseMs), "--checkpoint-ms", "10", "--log-level", "off"});
-    address_ = process_->ReadAddress();
-    ASSERT_NE(address_, "");
-  }
-  void Kill() {
-    process_->Signal(SIGKILL);
-    process_->Wait();
-    process_.reset();
-  }
-  bool is_up() const { return process_ != nullptr; }
-  const std::string& address() const { return address_; }
-
- private:
-  const std::string role_, name_, store_;
-  std::string address_ = "127.0.0.1:0";  // after the first start, that of the first
-  std::unique_ptr<DlcsdProcess> process_;
-};
 
 bool IsServing(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
   grpc::ClientContext context;

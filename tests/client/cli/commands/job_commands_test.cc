@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "server/dlcs_server.h"
 #include "spdlog/spdlog.h"
@@ -17,6 +19,7 @@
 namespace dlcs::client {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
@@ -312,6 +315,58 @@ TEST_F(JobCommandsTest, TellsThatItTriesAgain) {
   const ProgramOutcome outcome = RunDlcs("list --server 127.0.0.1:1 --patience 0.6");
   EXPECT_EQ(outcome.code, 3);
   EXPECT_THAT(outcome.err, HasSubstr("no server answers (Connection refused); retrying in"));
+}
+
+TEST_F(JobCommandsTest, AnEnsembleIsAJobToo) {
+  const std::string members = folder_.File("members.csv");
+  std::ofstream(members) << "x1\n1\n2\n3\n";
+  const ProgramOutcome detached = Dlcs("ensemble - " + members + " --steps 100 --detach --extrema", kEasyProblem);
+  ASSERT_EQ(detached.code, 0) << detached.err;
+  ASSERT_THAT(detached.out, MatchesRegex("jobs/[a-z2-7]+\n"));
+  const std::string job = detached.out.substr(0, detached.out.find('\n'));
+  const ProgramOutcome watched = Dlcs("watch " + job);
+  EXPECT_EQ(watched.code, 0) << watched.err;
+  EXPECT_THAT(watched.err, AllOf(HasSubstr("3 of 3 members (100 %)"), HasSubstr("succeeded")));
+  EXPECT_THAT(Dlcs("get " + job).out, HasSubstr("members    3, in 1 shard of up to 3, 1 done"));
+  EXPECT_THAT(Dlcs("list").out, HasSubstr(job));
+
+  const ProgramOutcome table = Dlcs("result " + job);
+  EXPECT_EQ(table.code, 0) << table.err;
+  EXPECT_THAT(table.out, AllOf(HasSubstr("median"), HasSubstr("max(x1)"), HasSubstr("mean")));
+  // The ends of the same ensemble in this process, with the same bits.
+  const ProgramOutcome here = RunDlcs("ensemble - " + members + " --steps 100 --format csv --quiet",
+                                      std::string("echo '") + kEasyProblem + "' | ");
+  std::vector<std::string> ends;  // x1 at the last time of each member
+  std::istringstream lines(here.out);
+  std::string member, label, t, x1;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream fields(line);
+    for (std::string* field : {&member, &label, &t, &x1}) std::getline(fields, *field, ',');
+    if (t == "4") ends.push_back(x1);
+  }
+  ASSERT_EQ(ends.size(), 3U) << here.out.substr(0, 200);
+  const ProgramOutcome csv = Dlcs("result " + job + " --format csv");
+  EXPECT_THAT(csv.out, HasSubstr("member,outcome,t,error,x1,min(x1),max(x1),y1,min(y1),max(y1),w1,"));
+  for (const std::string& end : ends) EXPECT_THAT(csv.out, HasSubstr("," + end + ","));
+  const ProgramOutcome json = Dlcs("result " + job + " --format json");
+  EXPECT_EQ(nlohmann::json::parse(json.out.substr(0, json.out.find('\n')))["member"], 0);
+  for (const std::string format : {"npz", "hdf5", "mat"}) {
+    const std::string file = folder_.File("e." + format);
+    EXPECT_EQ(Dlcs("result " + job + " --format " + format + " --output " + file).code, 0);
+    EXPECT_GT(std::filesystem::file_size(file), 100U);
+  }
+  EXPECT_EQ(Dlcs("result " + job + " --at 1").code, 2);
+  EXPECT_EQ(Dlcs("result " + job + " --output " + folder_.File("e.npy")).code, 2);
+  EXPECT_EQ(Dlcs("delete " + job).code, 0);
+}
+
+TEST_F(JobCommandsTest, WhatIsWrongWithAMemberIsNamedAsInItsFile) {
+  const std::string members = folder_.File("members.json");
+  std::ofstream(members) << R"json([{"x0": [1]}, {"x0": [2], "T": -1}])json";
+  const ProgramOutcome detached = Dlcs("ensemble - " + members + " --detach", kEasyProblem);
+  EXPECT_EQ(detached.code, 2);
+  EXPECT_THAT(detached.err, HasSubstr("members[1].T"));
+  EXPECT_EQ(Dlcs("ensemble - --detach", kEasyProblem).code, 2);
 }
 
 }  // namespace

@@ -57,13 +57,13 @@ std::string NpyBytes(const SolveResult& result) {
   return Written([&](std::FILE* out) { return WriteNpy(result, out); });
 }
 std::string NpzBytes(const SolveResult& result) {
-  return Written([&](std::FILE* out) { return WriteNpz("title", result, out); });
+  return Written([&](std::FILE* out) { return WriteNpz(ArraysOf("title", result), out); });
 }
 std::string MatBytes(const SolveResult& result) {
-  return Written([&](std::FILE* out) { return WriteMat("title", result, out); });
+  return Written([&](std::FILE* out) { return WriteMat(ArraysOf("title", result), out); });
 }
 std::string Hdf5Bytes(const SolveResult& result) {
-  return Written([&](std::FILE* out) { return WriteHdf5("title", result, out); });
+  return Written([&](std::FILE* out) { return WriteHdf5(ArraysOf("title", result), out); });
 }
 
 StoredVariables AllIn(const std::string& bytes) {
@@ -143,7 +143,8 @@ TEST(ResultArraysTest, TheSameResultIsTheSameFile) {
 TEST(ResultArraysTest, AFullDiskIsAnError) {
   for (const auto& write : {WriteNpz, WriteMat, WriteHdf5}) {
     std::FILE* const full = std::fopen("/dev/full", "wb");
-    const absl::Status status = write("title", ArraysExample(), full);
+    const SolveResult result = ArraysExample();
+    const absl::Status status = write(ArraysOf("title", result), full);
     EXPECT_FALSE(status.ok() && FlushStream(full, "the disk").ok());
     std::fclose(full);
   }
