@@ -61,11 +61,21 @@ JobManager::~JobManager() {
 }
 
 Scheduler::Request JobManager::RequestOf(const Job& job) {
-  return {.id = job.id, .owner = job.owner, .priority = job.priority, .demand = job.demand, .deadline = job.deadline};
+  return {.id = job.id,
+          .owner = job.owner,
+          .priority = job.priority,
+          .demand = job.demand,
+          .deadline = job.deadline,
+          .takes_free_cores = job.shards > 0};
 }
 
 Scheduler::Request JobManager::RequestOf(const NewJob& job) {
-  return {.id = job.id, .owner = job.owner, .priority = job.priority, .demand = job.demand, .deadline = job.deadline};
+  return {.id = job.id,
+          .owner = job.owner,
+          .priority = job.priority,
+          .demand = job.demand,
+          .deadline = job.deadline,
+          .takes_free_cores = !job.shards.empty()};
 }
 
 absl::StatusOr<Demand> JobManager::DemandOf(const Submission& submission) const {
@@ -81,7 +91,8 @@ absl::StatusOr<Demand> JobManager::Check(const Submission& submission) const {
                                           .owner = submission.owner,
                                           .priority = submission.priority,
                                           .demand = *demand,
-                                          .deadline = submission.deadline});
+                                          .deadline = submission.deadline,
+                                          .takes_free_cores = !submission.shards.empty()});
   if (refusal.has_value()) return ToStatus(*refusal);
   return demand;
 }

@@ -145,11 +145,15 @@ bool Scheduler::FitsMemory(const Demand& demand) const {
   return running_.empty() || busy_memory_bytes_ + demand.memory_bytes <= limits_.max_running_memory_bytes;
 }
 
-bool Scheduler::Fits(const Demand& demand) const {
-  if (busy_cores_ + demand.threads > limits_.cores || !FitsMemory(demand)) return false;
-  if (!IsLarge(demand)) return true;
-  const int cores_for_large = std::max(1, limits_.cores - limits_.cores_kept_for_small);
-  return busy_cores_of_large_ + demand.threads <= cores_for_large;
+int Scheduler::FreeCores(const Demand& demand) const {
+  const int free = limits_.cores - busy_cores_;
+  if (!IsLarge(demand)) return free;
+  return std::min(free, std::max(1, limits_.cores - limits_.cores_kept_for_small) - busy_cores_of_large_);
+}
+
+bool Scheduler::Fits(const Request& request) const {
+  return (request.takes_free_cores ? 1 : request.demand.threads) <= FreeCores(request.demand) &&
+         FitsMemory(request.demand);
 }
 
 double Scheduler::Savings(const Owner& owner) const {
@@ -186,9 +190,8 @@ std::optional<Scheduler::Choice> Scheduler::Choose(bool only_fitting) {
   std::optional<Choice> best;
   const auto consider = [&](std::map<std::string, Owner>::iterator owner) {
     auto& queue = owner->second.queue;
-    const auto job = std::find_if(queue.begin(), queue.end(), [&](const auto& entry) {
-      return !only_fitting || Fits(entry.second.request.demand);
-    });
+    const auto job = std::find_if(queue.begin(), queue.end(),
+                                  [&](const auto& entry) { return !only_fitting || Fits(entry.second.request); });
     if (job == queue.end()) return;
     const double missing = job->second.request.demand.core_seconds - owner->second.deficit;
     if (!best.has_value() || missing < best->missing) best = Choice{owner, job, missing};
@@ -207,7 +210,7 @@ std::optional<Scheduler::Start> Scheduler::StartNext() {
     return std::nullopt;
   }
   const Demand& demand = turn->job->second.request.demand;
-  if (Fits(demand)) return Begin(*turn);
+  if (Fits(turn->job->second.request)) return Begin(*turn);
   if (busy_cores_ < limits_.cores) {
     const Duration now = clock_.Elapsed();
     std::optional<Duration>& since = turn->job->second.passed_over_since;
@@ -236,6 +239,9 @@ Scheduler::Start Scheduler::Begin(const Choice& choice, bool on_burst_cores) {
 
   ++choice.owner->second.running;
   Request request = Take(JobId(choice.job->second.request.id));
+  if (request.takes_free_cores && !on_burst_cores) {
+    request.demand.threads = std::min(request.demand.threads, FreeCores(request.demand));
+  }
   (on_burst_cores ? burst_cores_in_use_ : busy_cores_) += request.demand.threads;
   if (IsLarge(request.demand)) busy_cores_of_large_ += request.demand.threads;
   busy_memory_bytes_ += request.demand.memory_bytes;
@@ -281,7 +287,7 @@ double Scheduler::RunningCoreSeconds() const {
 }
 
 double Scheduler::WaitSeconds(const Request& request) const {
-  if (queued_.empty() && Fits(request.demand)) return 0;
+  if (queued_.empty() && Fits(request)) return 0;
   double ahead = 0;
   static const Owner kStranger;
   const auto found = owners_.find(request.owner);

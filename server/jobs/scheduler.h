@@ -63,6 +63,8 @@ class Scheduler {
     int priority = 0;
     Demand demand;
     std::optional<Time> deadline;
+    // It starts with the cores that are free, at least one and at most demand.threads, instead of waiting for all.
+    bool takes_free_cores = false;
   };
 
   // `clock` must outlive it.
@@ -146,7 +148,9 @@ class Scheduler {
   static Time LatestStart(const Request& request);
   Request Take(const JobId& id);
   bool IsLarge(const Demand& demand) const { return demand.core_seconds > limits_.large_core_seconds; }
-  bool Fits(const Demand& demand) const;
+  bool Fits(const Request& request) const;
+  // That a job with this `demand` may have now.
+  int FreeCores(const Demand& demand) const;
   bool FitsMemory(const Demand& demand) const;
   // The credit that a user would have if it queued a job now.
   double Savings(const Owner& owner) const;

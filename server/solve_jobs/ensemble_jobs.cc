@@ -124,10 +124,12 @@ absl::StatusOr<SplitEnsemble> Split(v1::CreateEnsembleJobRequest request, const 
       ShardMembers(request.shard_members(), members.size(), columns->size(), split.demand.core_seconds, limits);
   if (!size.ok()) return size.status();
   const int in_shard = static_cast<int>(std::min<std::int64_t>(*size, members.size()));
+  const int threads = std::clamp(sound.options.num_threads, 1, in_shard);
   split.demand.core_seconds *= in_shard;
-  split.demand.threads = std::clamp(sound.options.num_threads, 1, in_shard);
-  split.demand.memory_bytes = split.demand.memory_bytes * split.demand.threads +
-                              (2 * MemberResultBytes(columns->size()) + kMemberBytes) * in_shard;
+  // All that are free at the server that solves it, which may have more than this one.
+  split.demand.threads = ensemble.options().threads() > 0 ? threads : in_shard;
+  split.demand.memory_bytes =
+      split.demand.memory_bytes * threads + (2 * MemberResultBytes(columns->size()) + kMemberBytes) * in_shard;
 
   request.set_shard_members(in_shard);
   split.body = request.SerializeAsString();

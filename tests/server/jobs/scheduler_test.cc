@@ -64,6 +64,26 @@ TEST_F(SchedulerTest, CoreSecondsCountNotJobs) {
   EXPECT_EQ(small, 20);
 }
 
+TEST_F(SchedulerTest, AShardTakesTheCoresThatAreFree) {
+  Scheduler scheduler({.cores = 4}, clock_);
+  Scheduler::Request shard = Job("bob", "ensemble");
+  shard.demand.threads = 100;
+  shard.takes_free_cores = true;
+  scheduler.Restore(Job("ada", "solve"));
+  ASSERT_EQ(scheduler.StartNext()->id, "adasolve");
+  scheduler.Restore(shard);
+  EXPECT_EQ(scheduler.StartNext()->threads, 3);
+  EXPECT_FALSE(scheduler.has_free_cores());
+  scheduler.Finished("bobensemble", 1);
+  scheduler.Finished("adasolve", 1);
+  scheduler.Restore(shard);
+  EXPECT_EQ(scheduler.StartNext()->threads, 4);
+  scheduler.Restore(Job("ada", "next"));
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  scheduler.Finished("bobensemble", 1);
+  EXPECT_EQ(scheduler.StartNext()->threads, 1);
+}
+
 TEST_F(SchedulerTest, PredictingTooLittleGainsNothing) {
   Scheduler scheduler({.cores = 1, .max_queued_jobs_per_user = 1000}, clock_);
   for (int k = 0; k < 300; ++k) {
