@@ -658,6 +658,31 @@ TEST_F(WebPortTest, CertificatesNameUsersOverHttps) {
   EXPECT_EQ(PostJson(kSolvePath, ToJson(SwitchingRequest(10))).status, 403);
 }
 
+TEST_F(WebPortTest, AnEnsembleIsAJob) {
+  const v1::SolveRequest solve = testing::SwitchingRequest(50);
+  v1::CreateEnsembleJobRequest request;
+  *request.mutable_ensemble()->mutable_problem() = solve.problem();
+  *request.mutable_ensemble()->mutable_options() = solve.options();
+  for (int k = 0; k < 5; ++k) request.mutable_ensemble()->add_members()->add_x0(k);
+  request.set_shard_members(2);
+  const HttpAnswer created = PostJson("/dlcs.v1.JobService/CreateEnsembleJob", ToJson(request));
+  ASSERT_EQ(created.status, 200) << created.body;
+  const std::string name = Json::parse(created.body)["name"];
+  const HttpAnswer read =
+      PostJson("/dlcs.v1.JobService/ReadEnsemble", R"({"name": ")" + name + R"(", "follow": true})");
+  EXPECT_EQ(read.status, 200);
+  int members = 0;
+  bool complete = false;
+  std::istringstream lines(read.body);
+  for (std::string line; std::getline(lines, line);) {
+    const auto page = FromJson<v1::EnsemblePage>(line);
+    members += page.shard().outcomes_size();
+    complete = page.complete();
+  }
+  EXPECT_EQ(members, 5);
+  EXPECT_TRUE(complete);
+}
+
 TEST_F(WebPortTest, AShutdownDeliversWhatIsSolved) {
   std::thread solving([this] {
     const HttpAnswer answer = PostJson(kSolvePath, ToJson(testing::SteppingRequest(20'000'000)));

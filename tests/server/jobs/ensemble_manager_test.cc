@@ -13,6 +13,7 @@
 #include "server/jobs/job_manager.h"
 #include "server/store/sqlite/sqlite_job_store.h"
 #include "tests/server/jobs/job_follower.h"
+#include "tests/server/store/failing_store.h"
 #include "tests/server/store/job_samples.h"
 #include "tests/server/store/temporary_folder.h"
 
@@ -158,6 +159,28 @@ TEST_F(EnsembleManagerTest, AShardThatKillsItsServersIsGivenUp) {
   follower.Read();
   EXPECT_EQ(store_.Get("ada", id)->state, JobState::kFailed);
   EXPECT_EQ(store_.Get("ada", id)->error.code(), absl::StatusCode::kInternal);
+}
+
+TEST_F(EnsembleManagerTest, LostAnswersOfTheStoreLoseNothingAndRepeatNothing) {
+  constexpr int kShards = 60;
+  testing::FailingStore lossy(store_);
+  JobManagerOptions options = Fast("one");
+  options.lease = 200ms;  // a claim whose answer is lost is found again behind it
+  options.max_attempts = 1000;
+  const auto no_cost = [](const Submission&) -> absl::StatusOr<Demand> { return absl::InternalError("not asked"); };
+  JobManager one(options, lossy, no_cost, SolveShard, SystemClock());
+  options.worker = "two";
+  JobManager two(options, lossy, no_cost, SolveShard, SystemClock());
+  const JobId id = Submit(one, kShards);
+  for (int k = 0; k < 40; ++k) {
+    lossy.answers_lost = k % 2 == 0;
+    std::this_thread::sleep_for(5ms);
+  }
+  lossy.answers_lost = false;
+  JobFollower follower(one, id);
+  follower.Read();
+  EXPECT_THAT(Results(id), UnorderedElementsAreArray(AllSolved(kShards)));
+  EXPECT_EQ(store_.Get("ada", id)->tally, std::string(kShards, '+'));
 }
 
 TEST_F(EnsembleManagerTest, ADeadlineEndsTheEnsemble) {
