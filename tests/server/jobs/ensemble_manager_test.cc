@@ -51,9 +51,10 @@ class EnsembleManagerTest : public ::testing::Test {
     options.max_attempts = 3;
     return options;
   }
-  std::unique_ptr<JobManager> Start(const std::string& worker) {
+  std::unique_ptr<JobManager> Start(const std::string& worker) { return Start(worker, store_); }
+  static std::unique_ptr<JobManager> Start(const std::string& worker, JobStore& store) {
     const auto no_cost = [](const Submission&) -> absl::StatusOr<Demand> { return absl::InternalError("not asked"); };
-    return std::make_unique<JobManager>(Fast(worker), store_, no_cost, SolveShard, SystemClock());
+    return std::make_unique<JobManager>(Fast(worker), store, no_cost, SolveShard, SystemClock());
   }
   static JobId Submit(JobManager& manager, int shards, const std::string& body = "",
                       std::optional<Time> deadline = std::nullopt) {
@@ -164,20 +165,14 @@ TEST_F(EnsembleManagerTest, AShardThatKillsItsServersIsGivenUp) {
 TEST_F(EnsembleManagerTest, LostAnswersOfTheStoreLoseNothingAndRepeatNothing) {
   constexpr int kShards = 60;
   testing::FailingStore lossy(store_);
-  JobManagerOptions options = Fast("one");
-  options.lease = 200ms;  // a claim whose answer is lost is found again behind it
-  options.max_attempts = 1000;
-  const auto no_cost = [](const Submission&) -> absl::StatusOr<Demand> { return absl::InternalError("not asked"); };
-  JobManager one(options, lossy, no_cost, SolveShard, SystemClock());
-  options.worker = "two";
-  JobManager two(options, lossy, no_cost, SolveShard, SystemClock());
-  const JobId id = Submit(one, kShards);
+  const auto one = Start("one", lossy), two = Start("two", lossy);
+  const JobId id = Submit(*one, kShards);
   for (int k = 0; k < 40; ++k) {
     lossy.answers_lost = k % 2 == 0;
     std::this_thread::sleep_for(5ms);
   }
   lossy.answers_lost = false;
-  JobFollower follower(one, id);
+  JobFollower follower(*one, id);
   follower.Read();
   EXPECT_THAT(Results(id), UnorderedElementsAreArray(AllSolved(kShards)));
   EXPECT_EQ(store_.Get("ada", id)->tally, std::string(kShards, '+'));
