@@ -177,9 +177,9 @@ def main():
             fleet = Fleet(dlcsd, f"postgresql://dlcs@/dlcs?host={database.folder}")
             results, job_seconds, created = run_job(dlcs, fleet, folder, members, "--no-kills" not in sys.argv)
             fleet.stop()
-            job_cpu = processor_seconds() - before
         finally:
             database.stop()
+        job_cpu = processor_seconds() - before  # with that of PostgreSQL
         check(results, ends)
         print(
             f"the job:      {job_seconds:.1f} s, {members / job_seconds:,.0f}/s, cpu {job_cpu:.1f} s"
