@@ -87,7 +87,7 @@ void ReadInstant(const json& value, const Names& names, const std::string& path,
 void ReadMeasurement(const json& value, const Names& names, const std::string& path, JsonReader& reader,
                      v1::Measurement& measurement) {
   if (!IsObject(value, path, reader)) return;
-  reader.RefuseUnknownKeys(value, {"name", "kind", "outputs", "begin", "end", "at", "until"}, path);
+  reader.RefuseUnknownKeys(value, {"name", "kind", "outputs", "begin", "end", "at", "until", "formula"}, path);
   if (value.contains("name")) measurement.set_name(reader.ReadString(value["name"], path + ".name").value_or(""));
   if (!value.contains("kind")) {
     reader.Refuse(path, "has no \"kind\", what is measured");
@@ -102,6 +102,9 @@ void ReadMeasurement(const json& value, const Names& names, const std::string& p
   if (value.contains("at")) ReadInstant(value["at"], names, path + ".at", reader, *measurement.mutable_at());
   if (value.contains("until"))
     ReadInstant(value["until"], names, path + ".until", reader, *measurement.mutable_until());
+  if (value.contains("formula")) {
+    measurement.set_formula(reader.ReadString(value["formula"], path + ".formula").value_or(""));
+  }
 }
 
 ordered_json NamesOf(const Indices& outputs, const v1::Problem& problem) {
@@ -133,6 +136,7 @@ ordered_json MeasurementJson(const v1::Measurement& measurement, const v1::Probl
   if (measurement.has_end()) value["end"] = measurement.end();
   if (measurement.has_at()) value["at"] = InstantJson(measurement.at(), problem);
   if (measurement.has_until()) value["until"] = InstantJson(measurement.until(), problem);
+  if (!measurement.formula().empty()) value["formula"] = measurement.formula();
   return value;
 }
 

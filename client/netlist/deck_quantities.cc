@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -56,6 +57,15 @@ std::string WithCurrents(const std::string& text) {
   constexpr std::string_view kBranch = "#branch";
   if (text.size() > kBranch.size() && Lower(text).ends_with(kBranch)) {
     return "i(" + text.substr(0, text.size() - kBranch.size()) + ")";
+  }
+  return text;
+}
+
+// id(m1), as LTspice calls the current into the drain, as i(m1).
+std::string WithDrainCurrents(std::string text) {
+  for (std::size_t at = 0; at + 2 < text.size(); ++at) {
+    const bool begins = at == 0 || (std::isalnum(static_cast<unsigned char>(text[at - 1])) == 0 && text[at - 1] != '_');
+    if (begins && Lower(std::string_view(text).substr(at, 3)) == "id(") text.erase(at + 1, 1);
   }
   return text;
 }
@@ -119,7 +129,7 @@ std::vector<DeckItem> ItemsOf(const DeckLine& line) {
 
 absl::StatusOr<DeckQuantity> QuantityOf(const DeckLine& line, const DeckItem& item, ParameterScope& scope,
                                         const DeckCircuit& circuit) {
-  const std::string expression = WithCurrents(BareExpression(item.text));
+  const std::string expression = WithDrainCurrents(WithCurrents(BareExpression(item.text)));
   DeckQuantity quantity{.text = item.text, .factors = {}};
   const auto fail = [&](const std::string& why) {
     return DeckError(line.Place(item.offset), fmt::format("{}: {}", item.text, why));

@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "client/netlist/deck_values.h"
@@ -17,12 +19,105 @@
 namespace dlcs::client {
 namespace {
 
+// Earlier measurements by their names in small letters.
+using EarlierNames = std::map<std::string, std::string>;
+
+// A SPICE expression of earlier measurements and parameters as a formula of the engine.
+class FormulaMaker {
+ public:
+  FormulaMaker(std::string_view text, ParameterScope& scope, const EarlierNames& earlier)
+      : text_(text), scope_(scope), earlier_(earlier) {}
+
+  absl::StatusOr<std::string> Make() {
+    while (at_ < text_.size()) {
+      const char letter = text_[at_];
+      absl::Status status = absl::OkStatus();
+      if (IsDigit(at_) || (letter == '.' && IsDigit(at_ + 1))) {
+        status = TakeNumber();
+      } else if (IsLetter(at_)) {
+        status = TakeName();
+      } else if (std::string_view("+-*/(), \t<>=").find(letter) != std::string_view::npos) {
+        formula_ += letter;
+        ++at_;
+      } else {
+        status = Fail(letter == '^' ? "^ has two meanings; write ** for a power"
+                                    : fmt::format("\"{}\" is not supported", letter));
+      }
+      if (!status.ok()) return status;
+    }
+    return formula_;
+  }
+
+ private:
+  bool IsDigit(std::size_t k) const {
+    return k < text_.size() && std::isdigit(static_cast<unsigned char>(text_[k])) != 0;
+  }
+  bool IsLetter(std::size_t k) const {
+    return k < text_.size() && (std::isalpha(static_cast<unsigned char>(text_[k])) != 0 || text_[k] == '_');
+  }
+  absl::Status Fail(const std::string& why) const { return absl::InvalidArgumentError(why); }
+
+  absl::Status TakeNumber() {
+    const std::size_t begin = at_;
+    while (IsDigit(at_) || (at_ < text_.size() && text_[at_] == '.')) ++at_;
+    if (at_ < text_.size() && (text_[at_] == 'e' || text_[at_] == 'E')) {
+      const bool has_sign = at_ + 1 < text_.size() && (text_[at_ + 1] == '+' || text_[at_ + 1] == '-');
+      if (IsDigit(at_ + (has_sign ? 2 : 1))) at_ += has_sign ? 2 : 1;
+    }
+    while (IsDigit(at_) || IsLetter(at_)) ++at_;
+    const std::string_view number = text_.substr(begin, at_ - begin);
+    const auto value = ReadSpiceNumber(number);
+    if (!value) return Fail(fmt::format("\"{}\" is no number", number));
+    formula_ += fmt::format("{:.17g}", *value);
+    return absl::OkStatus();
+  }
+
+  absl::Status TakeName() {
+    static const std::map<std::string, std::string> kFunctions = {
+        {"abs", "abs"},   {"sqrt", "sqrt"}, {"exp", "exp"},   {"ln", "log"},    {"log", "log"},   {"log10", "log10"},
+        {"min", "min"},   {"max", "max"},   {"sin", "sin"},   {"cos", "cos"},   {"tan", "tan"},   {"asin", "asin"},
+        {"acos", "acos"}, {"atan", "atan"}, {"sinh", "sinh"}, {"cosh", "cosh"}, {"tanh", "tanh"}, {"sgn", "sign"}};
+    const std::size_t begin = at_;
+    while (IsDigit(at_) || IsLetter(at_)) ++at_;
+    const std::string name(text_.substr(begin, at_ - begin)), lower = Lower(name);
+    const std::size_t next = text_.find_first_not_of(" \t", at_);
+    if (next != std::string_view::npos && text_[next] == '(') {
+      const auto function = kFunctions.find(lower);
+      if (function == kFunctions.end()) {
+        return Fail(lower == "v" || lower == "i"
+                        ? fmt::format("{}(...) is a curve; PARAM takes numbers, as of FIND ... AT=...", name)
+                        : fmt::format("function {} is not supported", name));
+      }
+      formula_ += function->second;
+    } else if (const auto found = earlier_.find(lower); found != earlier_.end()) {
+      formula_ += found->second;
+    } else if (const auto value = scope_.Evaluate(name); value.ok()) {
+      formula_ += fmt::format("({:.17g})", *value);
+    } else {
+      return Fail(fmt::format("{} is neither an earlier measurement nor a parameter", name));
+    }
+    return absl::OkStatus();
+  }
+
+  const std::string_view text_;
+  ParameterScope& scope_;
+  const EarlierNames& earlier_;
+  std::size_t at_ = 0;
+  std::string formula_;
+};
+
 // One line, item by item.
 class MeasurementReader {
  public:
   MeasurementReader(const DeckLine& line, double horizon, ParameterScope& scope, const DeckCircuit& circuit,
-                    DeckNotes& notes)
-      : line_(line), items_(ItemsOf(line)), horizon_(horizon), scope_(scope), circuit_(circuit), notes_(notes) {}
+                    const EarlierNames& earlier, DeckNotes& notes)
+      : line_(line),
+        items_(ItemsOf(line)),
+        horizon_(horizon),
+        scope_(scope),
+        circuit_(circuit),
+        earlier_(earlier),
+        notes_(notes) {}
 
   // Nothing for another analysis.
   absl::StatusOr<std::optional<DeckMeasurement>> Read() {
@@ -66,11 +161,14 @@ class MeasurementReader {
       if (absl::Status status = TakeQuantity(made_.measured); !status.ok()) return status;
       return TakeWindow();
     }
-    if (kind == "find") {
-      measurement.kind = MeasurementKind::kValue;
+    if (kind == "param") return TakeFormula();
+    if (kind == "find" || kind == "deriv" || kind == "derivative") {
+      measurement.kind = kind == "find" ? MeasurementKind::kValue : MeasurementKind::kSlope;
       if (absl::Status status = TakeQuantity(made_.measured); !status.ok()) return status;
       if (Word(at_) == "at") return TakeInstant(measurement.at.emplace(), made_.at);
-      if (Word(at_) != "when") return Fail("FIND needs AT=time or WHEN quantity=level", at_);
+      if (Word(at_) != "when") {
+        return Fail(fmt::format("{} needs AT=time or WHEN quantity=level", items_[keyword].text), at_);
+      }
       ++at_;
       return TakeCondition(measurement.at.emplace(), made_.at);
     }
@@ -86,9 +184,25 @@ class MeasurementReader {
       return TakeInstant(measurement.until.emplace(), made_.until);
     }
     const std::string written = keyword < items_.size() ? items_[keyword].text : "";
-    return Fail(fmt::format("\"{}\" is not supported; supported are AVG, RMS, INTEG, MIN, MAX, PP, FIND, WHEN and TRIG",
-                            written),
-                keyword);
+    return Fail(
+        fmt::format("\"{}\" is not supported; supported are AVG, RMS, INTEG, MIN, MAX, PP, FIND, DERIV, WHEN, TRIG "
+                    "and PARAM",
+                    written),
+        keyword);
+  }
+
+  // PARAM='expression', to the end of the line.
+  absl::Status TakeFormula() {
+    if (Word(at_) == "=") ++at_;
+    if (at_ >= items_.size()) return Fail("PARAM needs an expression");
+    const std::size_t begin = items_[at_].offset;
+    const std::string text = WithoutBraces(Trimmed(std::string_view(line_.text).substr(begin)));
+    auto formula = FormulaMaker(text, scope_, earlier_).Make();
+    if (!formula.ok()) return Fail(std::string(formula.status().message()), at_);
+    made_.measurement.kind = MeasurementKind::kFormula;
+    made_.measurement.formula = *std::move(formula);
+    at_ = items_.size();
+    return absl::OkStatus();
   }
 
   absl::Status TakeQuantity(DeckQuantity& quantity) {
@@ -100,15 +214,16 @@ class MeasurementReader {
     return absl::OkStatus();
   }
 
-  // "= value" behind a keyword, which has been read.
+  // "= value" behind a keyword, which has been read; LTspice does without "=".
   absl::Status TakeValue(const std::string& keyword, double& value) {
-    if (Word(at_) != "=" || at_ + 1 >= items_.size()) return Fail(fmt::format("expected {}=value", keyword), at_ - 1);
-    const DeckItem& item = items_[at_ + 1];
+    if (Word(at_) == "=") ++at_;
+    if (at_ >= items_.size()) return Fail(fmt::format("expected {}=value", keyword), at_ - 1);
+    const DeckItem& item = items_[at_];
     const std::string bare = WithoutBraces(item.text);
     const auto read = ValueOf(line_, {bare, item.offset, bare != item.text}, scope_, notes_);
     if (!read.ok()) return read.status();
     value = *read;
-    at_ += 2;
+    ++at_;
     return absl::OkStatus();
   }
 
@@ -139,7 +254,14 @@ class MeasurementReader {
   // quantity=level or quantity=quantity, and which crossing.
   absl::Status TakeCondition(MeasurementInstant& instant, DeckQuantity& quantity) {
     if (absl::Status status = TakeQuantity(quantity); !status.ok()) return status;
-    if (Word(at_) != "=" || at_ + 1 >= items_.size()) return Fail("WHEN needs quantity=level", at_);
+    if (Word(at_) != "=") return Fail("WHEN needs quantity=level", at_);
+    if (absl::Status status = TakeLevel(instant, quantity); !status.ok()) return status;
+    return TakeCrossing(instant);
+  }
+
+  // "=level" or "=quantity".
+  absl::Status TakeLevel(MeasurementInstant& instant, DeckQuantity& quantity) {
+    if (at_ + 1 >= items_.size()) return Fail("a level is missing after =", at_);
     const std::size_t right = at_ + 1;
     const auto level = scope_.Evaluate(WithoutBraces(items_[right].text));
     if (level.ok()) {
@@ -156,10 +278,11 @@ class MeasurementReader {
       quantity.text += "-" + other->text;
     }
     at_ = right + 1;
-    return TakeCrossing(instant);
+    return absl::OkStatus();
   }
 
-  // What follows TRIG or TARG: AT=time, or quantity VAL=level and which crossing. For FIND the part AT=time alone.
+  // What follows TRIG or TARG: AT=time, or quantity VAL=level (or quantity=level) and which crossing. For FIND the part
+  // AT=time alone.
   absl::Status TakeInstant(MeasurementInstant& instant, DeckQuantity& quantity) {
     if (Word(at_) == "at") {
       ++at_;
@@ -170,6 +293,10 @@ class MeasurementReader {
     }
     if (absl::Status status = TakeQuantity(quantity); !status.ok()) return status;
     bool has_level = false;
+    if (Word(at_) == "=") {
+      if (absl::Status status = TakeLevel(instant, quantity); !status.ok()) return status;
+      has_level = true;
+    }
     for (;;) {
       if (Word(at_) == "val") {
         ++at_;
@@ -219,6 +346,7 @@ class MeasurementReader {
   const double horizon_;
   ParameterScope& scope_;
   const DeckCircuit& circuit_;
+  const EarlierNames& earlier_;
   DeckNotes& notes_;
   std::size_t at_ = 0;
   DeckMeasurement made_;
@@ -230,13 +358,14 @@ absl::StatusOr<std::vector<DeckMeasurement>> ReadMeasurements(const std::vector<
                                                               ParameterScope& scope, const DeckCircuit& circuit,
                                                               DeckNotes& notes) {
   std::vector<DeckMeasurement> measurements;
-  std::set<std::string> names;
+  EarlierNames names;
   for (const DeckLine* line : lines) {
-    auto read = MeasurementReader(*line, horizon, scope, circuit, notes).Read();
+    auto read = MeasurementReader(*line, horizon, scope, circuit, names, notes).Read();
     if (!read.ok()) return read.status();
     if (!*read) continue;
     const std::string& name = (*read)->measurement.name;
-    if (!names.insert(Lower(name)).second) return DeckError(line->Place(), fmt::format("a second .meas {}", name));
+    if (!names.emplace(Lower(name), name).second)
+      return DeckError(line->Place(), fmt::format("a second .meas {}", name));
     measurements.push_back(**std::move(read));
   }
   return measurements;

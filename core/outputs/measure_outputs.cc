@@ -14,6 +14,7 @@
 #include "core/format_number.h"
 #include "core/outputs/output_curves.h"
 #include "core/parallel/stop_scope.h"
+#include "core/problem/formula.h"
 
 namespace dlcs {
 namespace {
@@ -50,6 +51,7 @@ std::vector<MeterBatch> BatchesOf(const Problem& problem, const Solution& soluti
   };
   for (const OutputLimit& limit : problem.outputs.limits) add({limit.output}).limits.push_back(&limit);
   for (std::size_t k = 0; k < problem.measurements.size(); ++k) {
+    if (problem.measurements[k].kind == MeasurementKind::kFormula) continue;
     add(OutputsOf(problem.measurements[k])).measurements.push_back(k);
   }
   return batches;
@@ -86,6 +88,11 @@ class OutputMeter {
         const Found at = Find(*one.at);
         if (!at.value) return at;
         return {ValueAt(one.outputs, *at.value), at.value};
+      }
+      case MeasurementKind::kSlope: {
+        const Found at = Find(*one.at);
+        if (!at.value) return at;
+        return {SlopeAt(one.outputs, *at.value), at.value};
       }
       case MeasurementKind::kTime: {
         const Found at = Find(*one.at);
@@ -182,6 +189,22 @@ class OutputMeter {
   double ValueAt(const std::vector<Index>& outputs, double time) const {
     const auto piece = PieceAt(time);
     return ValueIn(outputs, *piece, std::clamp(piece->s_of(time), -1.0, 1.0));
+  }
+
+  // By the product rule.
+  double SlopeAt(const std::vector<Index>& outputs, double time) const {
+    const auto piece = PieceAt(time);
+    const double s = std::clamp(piece->s_of(time), -1.0, 1.0);
+    const LegendreVector at = LegendreValues(s), slope_at = GetLegendreBasis().derivative * at;
+    double slope = 0;
+    for (std::size_t k = 0; k < outputs.size(); ++k) {
+      double term = piece->z.row(RowOf(outputs[k])).dot(slope_at) * 2 / (piece->end - piece->begin);
+      for (std::size_t other = 0; other < outputs.size(); ++other) {
+        if (other != k) term *= piece->z.row(RowOf(outputs[other])).dot(at);
+      }
+      slope += term;
+    }
+    return slope;
   }
 
   // ∫ q^power over [begin, end]; exact for the square of the product of two polynomials.
@@ -311,6 +334,23 @@ class OutputMeter {
   LegendreRows sample_values_;  // of P_0 ... P_K at these places
 };
 
+// Formulas, of the results before them.
+void EvaluateFormulas(const std::vector<Measurement>& measurements, std::vector<MeasurementResult>& results) {
+  FormulaVariables known;
+  for (std::size_t k = 0; k < results.size(); ++k) {
+    MeasurementResult& result = results[k];
+    if (measurements[k].kind == MeasurementKind::kFormula) {
+      auto formula = Formula::Parse(measurements[k].formula, known);
+      result.reason = formula.ok() ? "the value is not finite."
+                                   : "a measurement that the formula takes has no value (" +
+                                         std::string(formula.status().message()) + ").";
+      const double value = formula.ok() ? formula->Evaluate(0) : std::nan("");
+      if (std::isfinite(value)) result = {result.name, value, {}, ""};
+    }
+    if (result.value) known.parameters[result.name] = *result.value;
+  }
+}
+
 }  // namespace
 
 bool HasMeasurements(const Problem& problem) {
@@ -324,6 +364,7 @@ absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution
   }
   try {
     for (const MeterBatch& batch : BatchesOf(problem, solution)) {
+      if (batch.outputs.empty()) continue;
       std::vector<Index> outputs(batch.outputs.begin(), batch.outputs.end());
       auto curves = OutputCurves(problem, solution, outputs);
       if (!curves.ok()) return curves.status();
@@ -345,6 +386,7 @@ absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution
         result = {result.name, found.value, found.time, found.reason};
       }
     }
+    EvaluateFormulas(problem.measurements, solution.measurements);
   } catch (const Stopped&) {
   }
   return absl::OkStatus();

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/format_number.h"
+#include "core/problem/formula.h"
 #include "core/problem/problem_checks.h"
 #include "core/problem/violation_list.h"
 
@@ -72,6 +73,18 @@ void CheckInstant(const MeasurementInstant& instant, Index size, double horizon,
   CheckTime(instant.after, horizon, field + ".after", list);
 }
 
+void CheckFormula(const std::vector<Measurement>& measurements, std::size_t k, const std::string& field,
+                  ViolationList& list) {
+  FormulaVariables earlier;
+  for (std::size_t other = 0; other < k; ++other) earlier.parameters[measurements[other].name] = 1;
+  const auto formula = Formula::Parse(measurements[k].formula, earlier);
+  if (!formula.ok()) {
+    list.Add(field, '"' + measurements[k].formula + "\": " + std::string(formula.status().message()));
+  } else if (formula->DependsOnTime()) {
+    list.Add(field, '"' + measurements[k].formula + "\"; must be of earlier measurements alone, not of t");
+  }
+}
+
 }  // namespace
 
 void CheckOutputs(const Outputs& outputs, Index m, Index n, ViolationList& list) {
@@ -120,21 +133,28 @@ void CheckMeasurements(const std::vector<Measurement>& measurements, const Outpu
     const std::string field = "measurements[" + std::to_string(k) + "]";
     names.Check(one.name, field + ".name");
     const bool needs_until = one.kind == MeasurementKind::kDelay;
+    const bool is_formula = one.kind == MeasurementKind::kFormula;
     const bool is_instant = needs_until || one.kind == MeasurementKind::kTime;
-    const bool needs_at = is_instant || one.kind == MeasurementKind::kValue;
-    if (is_instant != one.outputs.empty()) {
-      list.Add(field + ".outputs", is_instant ? "given; a time and a delay have none" : "empty; what is measured?");
+    const bool needs_at = is_instant || one.kind == MeasurementKind::kValue || one.kind == MeasurementKind::kSlope;
+    if ((is_instant || is_formula) != one.outputs.empty()) {
+      list.Add(field + ".outputs",
+               one.outputs.empty() ? "empty; what is measured?" : "given; a time, a delay and a formula have none");
+    }
+    if (is_formula) {
+      CheckFormula(measurements, k, field + ".formula", list);
+    } else if (!one.formula.empty()) {
+      list.Add(field + ".formula", "given; only the kind formula has it");
     }
     CheckIndices(one.outputs, outputs.size(), field, list);
     if (needs_at != one.at.has_value()) {
-      list.Add(field + ".at", needs_at ? "missing; when?" : "given; only values, times and delays have it");
+      list.Add(field + ".at", needs_at ? "missing; when?" : "given; only values, slopes, times and delays have it");
     }
     if (needs_until != one.until.has_value()) {
       list.Add(field + ".until", needs_until ? "missing; a delay ends there" : "given; only delays have it");
     }
     if (one.at) CheckInstant(*one.at, outputs.size(), horizon, field + ".at", list);
     if (one.until) CheckInstant(*one.until, outputs.size(), horizon, field + ".until", list);
-    if (needs_at) {
+    if (needs_at || is_formula) {
       if (one.begin != 0 || one.end) list.Add(field + ".begin", "given; only what covers some time has begin and end");
       continue;
     }

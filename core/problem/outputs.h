@@ -41,9 +41,11 @@ enum class MeasurementKind {
   kMinimum,
   kMaximum,
   kPeakToPeak,
-  kValue,  // at `at`
-  kTime,   // `at` itself, a crossing
-  kDelay,  // from `at` to `until`
+  kValue,    // at `at`
+  kTime,     // `at` itself, a crossing
+  kDelay,    // from `at` to `until`
+  kSlope,    // the derivative by time at `at`; at a kink that behind it
+  kFormula,  // of earlier measurements
 };
 
 enum class CrossingDirection { kEither, kRising, kFalling };
@@ -63,11 +65,12 @@ struct MeasurementInstant {
 struct Measurement {
   std::string name;  // unique
   MeasurementKind kind = MeasurementKind::kAverage;
-  std::vector<Index> outputs;                    // the quantity, the product of these; none for kTime and kDelay
+  std::vector<Index> outputs;                    // the quantity, the product of these; none for the last but kSlope
   double begin = 0;                              // the times that are looked at, for the first six kinds
   std::optional<double> end;                     // absent: T
-  std::optional<MeasurementInstant> at = {};     // for the last three
+  std::optional<MeasurementInstant> at = {};     // for kValue, kTime, kDelay and kSlope
   std::optional<MeasurementInstant> until = {};  // for kDelay
+  std::string formula = {};                      // for kFormula, of the names of earlier measurements
 };
 
 // Appends what is wrong with the outputs of a problem with m states and n pairs on [0, horizon]. Fields are named

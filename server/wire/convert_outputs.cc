@@ -71,12 +71,17 @@ MeasurementKind KindFromProto(v1::MeasurementKind kind, const std::string& field
       return MeasurementKind::kTime;
     case v1::MEASUREMENT_KIND_DELAY:
       return MeasurementKind::kDelay;
+    case v1::MEASUREMENT_KIND_SLOPE:
+      return MeasurementKind::kSlope;
+    case v1::MEASUREMENT_KIND_FORMULA:
+      return MeasurementKind::kFormula;
     default:
       break;
   }
-  violations.push_back({field, fmt::format("{}; must be a kind that this server knows (1 average, 2 rms, 3 integral, "
-                                           "4 minimum, 5 maximum, 6 peak to peak, 7 value, 8 time, 9 delay)",
-                                           static_cast<int>(kind))});
+  violations.push_back(
+      {field, fmt::format("{}; must be a kind that this server knows (1 average, 2 rms, 3 integral, "
+                          "4 minimum, 5 maximum, 6 peak to peak, 7 value, 8 time, 9 delay, 10 slope, 11 formula)",
+                          static_cast<int>(kind))});
   return MeasurementKind::kAverage;
 }
 
@@ -112,6 +117,10 @@ v1::MeasurementKind ToProto(MeasurementKind kind) {
       return v1::MEASUREMENT_KIND_TIME;
     case MeasurementKind::kDelay:
       return v1::MEASUREMENT_KIND_DELAY;
+    case MeasurementKind::kSlope:
+      return v1::MEASUREMENT_KIND_SLOPE;
+    case MeasurementKind::kFormula:
+      return v1::MEASUREMENT_KIND_FORMULA;
   }
   return v1::MEASUREMENT_KIND_UNSPECIFIED;
 }
@@ -163,6 +172,7 @@ std::vector<Measurement> MeasurementsFromProto(const google::protobuf::RepeatedP
     if (one.has_end()) read.end = one.end();
     if (one.has_at()) read.at = InstantFromProto(one.at(), field + ".at", violations);
     if (one.has_until()) read.until = InstantFromProto(one.until(), field + ".until", violations);
+    read.formula = one.formula();
   }
   return result;
 }
@@ -191,6 +201,7 @@ v1::Measurement ToProto(const Measurement& measurement) {
   if (measurement.end) result.set_end(*measurement.end);
   if (measurement.at) *result.mutable_at() = ToProto(*measurement.at);
   if (measurement.until) *result.mutable_until() = ToProto(*measurement.until);
+  result.set_formula(measurement.formula);
   return result;
 }
 

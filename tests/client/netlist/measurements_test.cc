@@ -69,6 +69,34 @@ TEST(MeasurementsTest, AreThoseOfTheExactSolution) {
   EXPECT_NEAR(value("sum"), 2 * value("mean") - 9, 1e-8);
 }
 
+TEST(MeasurementsTest, SlopesAndArithmeticOfEarlierOnes) {
+  const auto m = Measured(std::string(kCharger) +
+                          ".meas tran Now FIND V(out) AT=1m\n.meas tran Slope DERIV V(out) AT=1m\n"
+                          ".meas tran power DERIV V(out)*V(in,out) WHEN V(out)=half\n"
+                          ".meas tran part PARAM='100*now/top + sqrt(4) - 1k*1m'\n"
+                          ".meas tran tau PARAM ( top - NOW ) / Slope\n"
+                          ".meas TRAN t1 TRIG V(out)=2 RISE=1 TARG V(out)=half RISE=1\n"
+                          ".meas tran never WHEN V(out)=20\n.meas tran useless PARAM='never*2'\n");
+  const auto value = [&m](const char* name) { return m[name]["value"].get<double>(); };
+  EXPECT_NEAR(value("Slope"), 1e4 * std::exp(-1.0), 1e-4);
+  EXPECT_NEAR(value("power"), 0, 1e-4);  // v (10 - v) is largest at 5 V
+  EXPECT_NEAR(value("part"), 100 * (1 - std::exp(-1.0)) + 1, 1e-7);
+  EXPECT_NEAR(value("tau"), 1e-3, 1e-10);
+  EXPECT_NEAR(value("t1"), 1e-3 * (std::log(2.0) - std::log(1.25)), 1e-11);
+  EXPECT_FALSE(m["useless"].contains("value"));
+  EXPECT_THAT(m["useless"]["reason"].get<std::string>(), HasSubstr("never"));
+}
+
+TEST(MeasurementsTest, ArithmeticIsOfNumbersAlone) {
+  EXPECT_THAT(MeasurementFault(".meas tran a PARAM='b+1'\n"),
+              AllOf(HasSubstr("a.cir:7:"), HasSubstr("b is neither an earlier measurement nor a parameter")));
+  EXPECT_THAT(MeasurementFault(".meas tran a PARAM='V(out)+1'\n"), HasSubstr("V(...) is a curve"));
+  EXPECT_THAT(MeasurementFault(".meas tran a PARAM='2^3'\n"), HasSubstr("two meanings"));
+  EXPECT_THAT(MeasurementFault(".meas tran a PARAM='gamma(2)'\n"), HasSubstr("function gamma is not supported"));
+  EXPECT_THAT(RunDlcs("solve " + WriteDeck(std::string(kCharger) + ".meas tran a PARAM='2+'\n")).err,
+              HasSubstr("measurements[0].formula"));
+}
+
 TEST(MeasurementsTest, DoNotDependOnTheTimesThatAreShown) {
   const std::string deck = std::string(kCharger) + ".meas tran mean AVG V(out)\n.meas tran t WHEN V(out)=7\n";
   const auto one = Measured(deck, "--tolerance 1e-9 --at 4e-3"),
@@ -107,9 +135,8 @@ TEST(MeasurementsTest, WhatDoesNotOccurIsReportedByName) {
 
 TEST(MeasurementsTest, RefusesOtherFormsWithPlaceNameAndReason) {
   EXPECT_EQ(MeasurementFault(""), "");
-  EXPECT_THAT(MeasurementFault(".meas tran x DERIV V(out) AT=1m\n"),
-              AllOf(HasSubstr("a.cir:7:14: .meas x"), HasSubstr("\"DERIV\"")));
-  EXPECT_THAT(MeasurementFault(".meas tran x PARAM='1+2'\n"), HasSubstr("\"PARAM\" is not supported"));
+  EXPECT_THAT(MeasurementFault(".meas tran x SPEC V(out)\n"),
+              AllOf(HasSubstr("a.cir:7:14: .meas x"), HasSubstr("\"SPEC\" is not supported")));
   EXPECT_THAT(MeasurementFault(".meas tran x AVG V(nix)\n"),
               AllOf(HasSubstr("a.cir:7:18"), HasSubstr("no node \"nix\"")));
   EXPECT_THAT(MeasurementFault(".meas tran x AVG I(nix)\n"), HasSubstr("no element \"nix\""));

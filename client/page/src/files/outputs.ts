@@ -60,6 +60,7 @@ export function readMeasurements(root: JsonObject, reader: Reader): Measurement[
       end: numberOf(value.end),
       at: instant('at'),
       until: instant('until'),
+      formula: textOf(value.formula),
     });
   });
 }
