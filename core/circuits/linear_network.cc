@@ -9,6 +9,8 @@
 #include <numeric>
 #include <utility>
 
+#include "core/linalg/balance.h"
+
 namespace dlcs {
 namespace {
 
@@ -172,31 +174,43 @@ bool LinearNetwork::Solve(NetworkFault& fault) {
   primary_ = Matrix::Zero(count, num_inputs_);
   bound_ = Matrix::Zero(count, num_inputs_);
   for (Index j = 0; j < num_inputs_; ++j) primary_(inputs[AsSize(j)], j) = bound_(inputs[AsSize(j)], j) = 1;
-  if (size == 0) return true;
-  const Eigen::FullPivLU<Matrix> factors(scaled);
-  // Gains of 1e9 are common, and so are their squares; a network that is singular has a pivot of the size of rounding.
-  const double smallest = factors.matrixLU().diagonal().cwiseAbs().minCoeff();
-  if (!(smallest > 16 * std::numeric_limits<double>::epsilon() * static_cast<double>(size))) {
-    fault.kind = NetworkFault::Kind::kSingular;
-    Eigen::FullPivLU<Matrix> ranked(scaled);
-    ranked.setThreshold(1e-12);
-    const Matrix kernel = ranked.kernel();
-    for (Index k = 0; k < size; ++k) {
-      if (std::abs(kernel(k, 0)) > 1e-6 * kernel.col(0).cwiseAbs().maxCoeff()) {
-        fault.branches.push_back(unknowns[AsSize(k)]);
+  Matrix solved = Matrix::Zero(size, num_inputs_), terms = solved;
+  // A block depends on later ones. What it does not depend on has factors of exactly 0, which one large inverse would
+  // leave as rounding.
+  const std::vector<std::vector<Index>> blocks = StronglyConnected(scaled);
+  for (auto block = blocks.rbegin(); block != blocks.rend(); ++block) {
+    const auto width = static_cast<Index>(block->size());
+    const Eigen::FullPivLU<Matrix> factors(Matrix(scaled(*block, *block)));
+    // Gains of 1e9 are common, and so are their squares; a network that is singular has a pivot of the size of
+    // rounding.
+    const double smallest = factors.matrixLU().diagonal().cwiseAbs().minCoeff();
+    if (!(smallest > 16 * std::numeric_limits<double>::epsilon() * static_cast<double>(width))) {
+      fault.kind = NetworkFault::Kind::kSingular;
+      Eigen::FullPivLU<Matrix> ranked(Matrix(scaled(*block, *block)));
+      ranked.setThreshold(1e-12);
+      const Matrix kernel = ranked.kernel();
+      for (Index k = 0; k < width; ++k) {
+        if (width == 1 || std::abs(kernel(k, 0)) > 1e-6 * kernel.col(0).cwiseAbs().maxCoeff()) {
+          fault.branches.push_back(unknowns[AsSize((*block)[AsSize(k)])]);
+        }
+      }
+      return false;
+    }
+    const Vector own_unit = unit(*block);
+    const Matrix inverse = own_unit.asDiagonal() * factors.inverse() * own_unit.cwiseInverse().asDiagonal();
+    const Matrix of_all = equations(*block, Eigen::all);  // of blocks that are not solved yet: zero, times zero
+    const Matrix right = given(*block, Eigen::all) - of_all * solved;
+    const Matrix size_of_right = given(*block, Eigen::all).cwiseAbs() + of_all.cwiseAbs() * terms;
+    solved(*block, Eigen::all) = inverse * right;
+    terms(*block, Eigen::all) = inverse.cwiseAbs() * size_of_right;
+    for (const Index k : *block) {
+      for (Index j = 0; j < num_inputs_; ++j) {
+        if (std::abs(solved(k, j)) <= kCancels * terms(k, j)) solved(k, j) = 0;
       }
     }
-    return false;
   }
-  const Matrix inverse = unit.asDiagonal() * factors.inverse() * unit.cwiseInverse().asDiagonal();
-  const Matrix solved = inverse * given, terms = inverse.cwiseAbs() * given.cwiseAbs();
-  for (Index k = 0; k < size; ++k) {
-    for (Index j = 0; j < num_inputs_; ++j) {
-      const bool cancels = std::abs(solved(k, j)) <= kCancels * terms(k, j);
-      primary_(unknowns[AsSize(k)], j) = cancels ? 0 : solved(k, j);
-      bound_(unknowns[AsSize(k)], j) = terms(k, j);
-    }
-  }
+  primary_(unknowns, Eigen::all) = solved;
+  bound_(unknowns, Eigen::all) = terms;
   return true;
 }
 

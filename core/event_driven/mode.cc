@@ -14,13 +14,13 @@
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
 #include "core/linalg/panel_product.h"
+#include "core/linalg/structural_zeros.h"
 
 namespace dlcs {
 namespace {
 
 // Below this reciprocal condition number a matrix does not determine y.
 constexpr double kSingular = 1e-12;
-
 double PowerOfTwo(double size) { return size > 0 && std::isfinite(size) ? std::ldexp(1.0, std::ilogb(size)) : 1.0; }
 
 // Powers of two that make the largest entries of the rows and columns of rows · matrix · columns nearly one: rows and
@@ -50,7 +50,8 @@ std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
   if (size == 0) return Matrix(0, 0);
   const auto [rows, columns] = Equilibrate(matrix);
   const Matrix scaled = rows.asDiagonal() * matrix * columns.asDiagonal();
-  const Matrix inverse = PanelLu(scaled).Solve(Matrix::Identity(size, size));
+  Matrix inverse = PanelLu(scaled).Solve(Matrix::Identity(size, size));
+  ClearStructuralZeros(scaled, inverse);
   if (!(InfinityNorm(scaled) * InfinityNorm(inverse) * kSingular < 1)) return std::nullopt;
   return -(columns.asDiagonal() * inverse * rows.asDiagonal());
 }
@@ -160,7 +161,8 @@ bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
   std::sort(pivots.begin(), pivots.end());
   if (pivots.front() >= m && SubstituteMultipliers(problem_, mode)) return true;
 
-  const Matrix inverse = PanelLu(scaled(pivots, Eigen::all)).Solve(Matrix::Identity(k, k));
+  Matrix inverse = PanelLu(scaled(pivots, Eigen::all)).Solve(Matrix::Identity(k, k));
+  ClearStructuralZeros(scaled(pivots, Eigen::all), inverse);
   Matrix factors = scaled(others, Eigen::all) * inverse;
   const Matrix summed = scaled(others, Eigen::all).cwiseAbs() * inverse.cwiseAbs();
   // What M_SS leaves of differential equations in its own rows where it is singular is rounding.

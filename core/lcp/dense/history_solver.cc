@@ -28,31 +28,34 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
   }
   start_ = basis;
   LemkeEnd end = LemkeEnd::kRay;
-  // The tableau may drift, so its basis is checked afresh.
-  for (const double zero : {1e-11, 1e-8, 1e-14}) {
-    for (const LemkeTies rule : {LemkeTies::kLexicographic, LemkeTies::kFirst, LemkeTies::kLast}) {
-      basis = start_;
-      end = lemke_.Follow(lcp_, zero, rule, basis);
-      pivots_ += lemke_.pivots();
-      if (end != LemkeEnd::kBasis || !is_solution()) continue;
-      point_.Write(lcp_, y);
-      return LcpStatus::kSolved;
-    }
-  }
-  // Beyond a fold there is one solution as a rule, whatever the path to it.
-  if (lcp_.size() <= kMaxSolutionEnumeration) {
-    const BasicSolutions all = AllBasicSolutions(lcp_.M(), lcp_.q, {}, lcp_.tolerance);
-    if (all.complete && all.solutions.size() == 1) {
-      std::fill(basis.begin(), basis.end(), std::uint8_t{0});
-      for (const Index i : all.solutions.front().basis) basis[static_cast<std::size_t>(i)] = 1;
-      if (is_solution()) {
-        point_.Write(lcp_, y);
-        return LcpStatus::kSolved;
+  const auto follow = [&](double others) {
+    // The tableau may drift, so its basis is checked afresh.
+    for (const double zero : {1e-11, 1e-8, 1e-14}) {
+      for (const LemkeTies rule : {LemkeTies::kLexicographic, LemkeTies::kFirst, LemkeTies::kLast}) {
+        basis = start_;
+        end = lemke_.Follow(lcp_, zero, others, rule, basis);
+        pivots_ += lemke_.pivots();
+        if (end == LemkeEnd::kBasis && is_solution()) return true;
       }
     }
+    return false;
+  };
+  if (follow(0) || IsOnlyOne(basis) || follow(1.0 / 1024) || follow(1)) {
+    point_.Write(lcp_, y);
+    return LcpStatus::kSolved;
   }
   message_ = "the path from the solution before does not end in another one";
   return end == LemkeEnd::kPivotLimit ? LcpStatus::kPivotLimit : LcpStatus::kRay;
+}
+
+// Beyond a fold there is one solution as a rule, whatever the path to it.
+bool HistorySolver::IsOnlyOne(Basis& basis) {
+  if (lcp_.size() > kMaxSolutionEnumeration) return false;
+  const BasicSolutions all = AllBasicSolutions(lcp_.M(), lcp_.q, {}, lcp_.tolerance);
+  if (!all.complete || all.solutions.size() != 1) return false;
+  std::fill(basis.begin(), basis.end(), std::uint8_t{0});
+  for (const Index i : all.solutions.front().basis) basis[static_cast<std::size_t>(i)] = 1;
+  return point_.Compute(lcp_, basis) && point_.solved();
 }
 
 }  // namespace dlcs

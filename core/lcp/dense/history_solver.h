@@ -19,7 +19,8 @@ namespace dlcs {
 // branch beyond: so a comparator with hysteresis goes from one output to the other, and never rests in the middle.
 //
 // Where the path does not end in a solution, small problems are searched for all: if there is one alone it is taken.
-// kRay otherwise.
+// Otherwise all of y_S and w off S are raised a little, or as much as what is violated: a path inside of the cone of
+// the guess does not meet the ties on its boundary. kRay where none of them ends in a solution.
 class HistorySolver final : public LcpSolver {
  public:
   explicit HistorySolver(const Matrix& M);
@@ -30,6 +31,8 @@ class HistorySolver final : public LcpSolver {
   std::unique_ptr<LcpSolver> Clone() const override { return std::make_unique<HistorySolver>(*this); }
 
  private:
+  bool IsOnlyOne(Basis& basis);
+
   ScaledLcp lcp_;
   BasisPoint point_;
   Lemke lemke_;

@@ -57,7 +57,7 @@ LemkeEnd Lemke::Run(const ScaledLcp& lcp, double zero, Basis& basis) {
   return FollowFrom(row, zero, basis);
 }
 
-LemkeEnd Lemke::Follow(const ScaledLcp& lcp, double zero, LemkeTies rule, Basis& basis) {
+LemkeEnd Lemke::Follow(const ScaledLcp& lcp, double zero, double others, LemkeTies rule, Basis& basis) {
   Load(lcp);
   rule_ = rule;
   pivots_ = 0;
@@ -67,7 +67,7 @@ LemkeEnd Lemke::Follow(const ScaledLcp& lcp, double zero, LemkeTies rule, Basis&
   Index row = kNone;
   for (Index i = 0; i < n_; ++i) {
     const bool is_violated = values[i] < -rounding;
-    tableau_(i, column_[2 * n_]) = is_violated ? -1 : 0;
+    tableau_(i, column_[2 * n_]) = is_violated ? -1 : -others;
     if (!is_violated) {
       tableau_(i, right()) = std::max(0.0, values[i]);
     } else if (row == kNone || values[i] <= values[row]) {
