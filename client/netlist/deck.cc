@@ -79,7 +79,12 @@ class DeckReader {
         circuit_.circuit().uses_initial_conditions = true;
         continue;
       }
-      if (lower == "startup" || lower == "steady" || lower == "nodiscard" || lower == "step") {
+      if (lower == "startup") {
+        return DeckError(parts_.tran->Place(word.offset),
+                         "startup of .tran is not supported: it ramps all sources within 20 us. Give the sources that "
+                         "matter PWL(0 0 20u VALUE), or leave it out to start at the operating point");
+      }
+      if (lower == "steady" || lower == "nodiscard" || lower == "step") {
         return DeckError(parts_.tran->Place(word.offset), fmt::format("{} of .tran is not supported", word.text));
       }
       const auto value = ValueOf(*parts_.tran, word, scope, notes_);

@@ -15,13 +15,15 @@ constexpr std::size_t kMaxElements = 2000;
 
 std::string NotSupported(const std::string& name, char kind) {
   switch (kind) {
-    case 'm':
     case 'q':
     case 'j':
     case 'z':
       return fmt::format(
-          "{}: transistors are not supported; a switch S with a diode D replaces one that is turned "
-          "on and off",
+          "{}: of transistors only MOSFETs (M) are read, as switches. Replace one that is turned on and off by a "
+          "switch "
+          "S; a bipolar one and an IGBT conduct in one direction only: by a switch in series with a diode whose VFWD "
+          "is "
+          "its saturation voltage",
           name);
     case 't':
     case 'o':
@@ -119,6 +121,8 @@ absl::Status DeckCircuit::AddElement(const DeckLine& line, const Instance& insta
     case 's':
     case 'w':
       return AddSwitch(fields, instance, std::move(element), kind);
+    case 'm':
+      return AddTransistor(fields, instance, std::move(element));
     case 'x':
       return AddInstance(fields, instance);
     default:

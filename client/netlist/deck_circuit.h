@@ -95,6 +95,9 @@ class DeckCircuit {
                                      const std::set<std::string>& types);
   absl::Status AddDiode(const DeckFields& fields, const Instance& instance, Element element);
   absl::Status AddSwitch(const DeckFields& fields, const Instance& instance, Element element, char kind);
+  absl::Status AddTransistor(const DeckFields& fields, const Instance& instance, Element element);
+  absl::StatusOr<double> NamedValue(const DeckFields& fields, const Instance& instance, const std::string& name,
+                                    double otherwise);
 
   // deck_controlled.cc
   absl::Status AddControlled(const DeckFields& fields, const Instance& instance, Element element, char kind);

@@ -225,4 +225,64 @@ absl::Status DeckCircuit::AddSwitch(const DeckFields& fields, const Instance& in
   return Store(std::move(element), fields);
 }
 
+absl::StatusOr<double> DeckCircuit::NamedValue(const DeckFields& fields, const Instance& instance,
+                                               const std::string& name, double otherwise) {
+  const auto given = fields.named.find(name);
+  if (given == fields.named.end()) return otherwise;
+  const auto value = Value(fields, given->second, instance);
+  if (value.ok() && !(*value > 0)) {
+    return DeckError(fields.line->Place(given->second.offset),
+                     fmt::format("{}: {}={:g}; must be above 0", fields.words[0].text, name, *value));
+  }
+  return value;
+}
+
+// A transistor is a switch whose gate takes no current, with its body diode. The bulk must be at the source.
+absl::Status DeckCircuit::AddTransistor(const DeckFields& fields, const Instance& instance, Element element) {
+  const char* form = "MNAME DRAIN GATE SOURCE [BULK] MODEL";
+  if (absl::Status status = NeedWords(fields, 5, form); !status.ok()) return status;
+  const bool has_bulk = fields.words.size() > 5 && Lower(fields.words[5].text) != "off";
+  const std::size_t at = has_bulk ? 5 : 4;
+  const auto model = ModelOf(fields, at, instance, {"nmos", "pmos", "vdmos"});
+  if (!model.ok()) return model.status();
+  const Index drain = NodeOf(instance, fields.words[1].text), gate = NodeOf(instance, fields.words[2].text),
+              source = NodeOf(instance, fields.words[3].text);
+  if (has_bulk && NodeOf(instance, fields.words[4].text) != source) {
+    return DeckError(fields.Place(4), fmt::format("{}: the bulk {} is not at the source {}, which is not supported",
+                                                  element.name, fields.words[4].text, fields.words[3].text));
+  }
+  TransistorSize size;
+  const auto width = NamedValue(fields, instance, "w", 1), length = NamedValue(fields, instance, "l", 1),
+             parallel = NamedValue(fields, instance, "m", 1);
+  for (const auto* value : {&width, &length, &parallel}) {
+    if (!value->ok()) return value->status();
+  }
+  if (fields.named.contains("w") != fields.named.contains("l")) {
+    return DeckError(fields.line->Place(), fmt::format("{}: W and L must be given together", element.name));
+  }
+  size = {.width_by_length = *width / *length, .parallel = *parallel};
+  std::size_t used = at + 1;
+  if (fields.words.size() > used && Lower(fields.words[used].text) == "off") ++used;
+  static const std::set<std::string> kIgnored = {"ad", "as", "pd", "ps", "nrd", "nrs", "temp", "dtemp"};
+  std::set<std::string> known = {"w", "l", "m"};
+  for (const std::string& name : kIgnored) {
+    if (!fields.named.contains(name)) continue;
+    known.insert(name);
+    notes_.Add(fmt::format("{}: {}: {} is ignored", fields.line->Place(), fields.words[0].text, name));
+  }
+  if (absl::Status status = RefuseRest(fields, used, known); !status.ok()) return status;
+  const auto made = TransistorOf(*model->model, fields.words[at].text, size, options_, *model->scope, notes_);
+  if (!made.ok()) return made.status();
+  // From where its body diode blocks to where it conducts: drain to source, or source to drain of a P-channel. Its
+  // current is that into the drain.
+  element.kind = ElementKind::kSwitch;
+  element.plus = drain;
+  element.minus = source;
+  element.switching = made->switching;
+  element.body_diode = made->body_diode;
+  element.controls = {{.factor = made->is_p ? -1.0 : 1.0, .plus = gate, .minus = source}};
+  element.body_points_to_minus = made->is_p;
+  return Store(std::move(element), fields);
+}
+
 }  // namespace dlcs::client

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -64,6 +65,20 @@ DiodeModel ChordsOf(double saturation, double slope, double series, double curre
   return diode;
 }
 
+// The exponential by the rule of `options`, and that rule as text.
+std::pair<DiodeModel, std::string> FromExponential(double saturation, double slope, double series,
+                                                   const DeckOptions& options) {
+  if (options.diode == DiodeRule::kIdeal) return {DiodeModel{}, "ideal, as --diode ideal asks"};
+  const double current = options.diode_current;
+  if (options.diode == DiodeRule::kPiecewise) {
+    return {ChordsOf(saturation, slope, series, current),
+            fmt::format("the first of three chords up to {:g} A", 10 * current)};
+  }
+  return {{.forward = std::max(0.0, slope * (std::log(current / saturation) - 1)),
+           .on_resistance = series + slope / current},
+          fmt::format("the tangent at {:g} A", current)};
+}
+
 }  // namespace
 
 absl::StatusOr<DiodeModel> DiodeOf(const DeckModel& model, const std::string& name, double area,
@@ -93,19 +108,10 @@ absl::StatusOr<DiodeModel> DiodeOf(const DeckModel& model, const std::string& na
     rule = "from VFWD, RON and ROFF";
   } else {
     const double saturation = at("is", at("js", 1e-14)) * area, slope = at("n", 1) * kThermalVoltage;
-    const double current = options.diode_current;
     if (!(saturation > 0) || !(slope > 0)) {
       return DeckError(model.line->Place(model.offset), fmt::format(".model {}: IS and N must be above 0", name));
     }
-    const double series = at("rs", 0) / area;
-    if (options.diode == DiodeRule::kPiecewise) {
-      diode = ChordsOf(saturation, slope, series, current);
-      rule = fmt::format("the first of three chords up to {:g} A", 10 * current);
-    } else {
-      diode.on_resistance = series + slope / current;
-      diode.forward = std::max(0.0, slope * (std::log(current / saturation) - 1));
-      rule = fmt::format("the tangent at {:g} A", current);
-    }
+    std::tie(diode, rule) = FromExponential(saturation, slope, at("rs", 0) / area, options);
   }
   const double breakdown = at("bv", at("vrev", 0));
   if (breakdown > 0 && std::isfinite(breakdown) && options.diode != DiodeRule::kIdeal) {
@@ -134,6 +140,66 @@ absl::StatusOr<SwitchModel> SwitchOf(const DeckModel& model, const std::string& 
                      .hysteresis = value(hysteresis, 0),
                      .on_resistance = value("ron", 1),
                      .off_resistance = value("roff", std::numeric_limits<double>::infinity())};
+}
+
+absl::StatusOr<TransistorModel> TransistorOf(const DeckModel& model, const std::string& name,
+                                             const TransistorSize& size, const DeckOptions& options,
+                                             ParameterScope& scope, DeckNotes& notes) {
+  static const std::set<std::string> kKnown = {"vto", "vt0", "vth0", "kp",  "rd",    "rs",    "rb",   "is",
+                                               "n",   "bv",  "rds",  "ron", "level", "pchan", "nchan"};
+  static const std::set<std::string> kIgnored = {
+      "lambda", "phi",    "gamma", "tox",    "cgso",  "cgdo",  "cgbo",        "cj",          "cjsw",     "mj",
+      "mjsw",   "js",     "pb",    "ld",     "uo",    "u0",    "nsub",        "nss",         "nfs",      "tpg",
+      "xj",     "vmax",   "delta", "eta",    "theta", "kappa", "kf",          "af",          "fc",       "tnom",
+      "cbd",    "cbs",    "rsh",   "rg",     "qg",    "vds",   "mfg",         "mtriode",     "subthres", "ksubthres",
+      "cgdmax", "cgdmin", "cgs",   "cjo",    "vj",    "m",     "tt",          "eg",          "xti",      "ibv",
+      "nbv",    "a",      "rthjc", "lambda", "bex",   "vtotc", "tksubthres1", "tksubthres2", "texp0",    "texp1",
+      "trb1",   "trs1",   "trd1",  "trg1",   "w",     "l"};
+  const auto found = ValuesOf(model, name, scope, notes, kKnown, kIgnored);
+  if (!found.ok()) return found.status();
+  const std::map<std::string, double>& values = *found;
+  const auto at = [&values](const std::string& key, double otherwise) {
+    const auto place = values.find(key);
+    return place == values.end() ? otherwise : place->second;
+  };
+  const auto fail = [&](const std::string& why) {
+    return DeckError(model.line->Place(model.offset), fmt::format(".model {}: {}", name, why));
+  };
+  const bool is_power = model.type == "vdmos";
+  if (!is_power && at("level", 1) > 3) {
+    return fail(fmt::format(
+        "LEVEL={:g} is not supported: of levels 1 to 3 the threshold and the on-resistance are known", at("level", 1)));
+  }
+  constexpr double kGate = 10;  // V
+  TransistorModel made;
+  made.is_p = model.type == "pmos" || (is_power && values.contains("pchan"));
+  const double given = at("vto", at("vt0", at("vth0", 0)));
+  const double threshold = made.is_p ? -given : given;
+  if (!(threshold < kGate)) {
+    return fail(fmt::format("a threshold of {:g} V; its on-resistance is that at {:g} V", given, kGate));
+  }
+  const double transconductance = at("kp", is_power ? 1 : 2e-5) * size.width_by_length;
+  const double saturation = at("is", 1e-14), slope = at("n", 1) * kThermalVoltage;
+  if (!(transconductance > 0) || !(saturation > 0) || !(slope > 0)) return fail("KP, IS and N must be above 0");
+  const double ohms = at("rd", 0) + at("rs", 0) + 1 / (transconductance * (kGate - threshold));
+  made.switching = {.threshold = threshold,
+                    .on_resistance = at("ron", ohms) / size.parallel,
+                    .off_resistance = at("rds", std::numeric_limits<double>::infinity()) / size.parallel,
+                    .is_transistor = true};
+  std::string rule;
+  std::tie(made.body_diode, rule) =
+      FromExponential(saturation * size.parallel, slope, at("rb", 0) / size.parallel, options);
+  if (const double breakdown = at("bv", 0); breakdown > 0 && std::isfinite(breakdown)) {
+    made.body_diode.breakdown = breakdown;
+    made.body_diode.breakdown_resistance = at("rb", 0) / size.parallel;
+  }
+  notes.Add(fmt::format(
+      ".model {}: a switch, closed where the gate is more than {:g} V {} the source, with {:.6g} ohm ({}), and a body "
+      "diode with {:.6g} V and {:.6g} ohm ({})",
+      name, threshold, made.is_p ? "below" : "above", made.switching.on_resistance,
+      values.contains("ron") ? "RON" : fmt::format("RD + RS + the channel at {:g} V", kGate), made.body_diode.forward,
+      made.body_diode.on_resistance, rule));
+  return made;
 }
 
 }  // namespace dlcs::client

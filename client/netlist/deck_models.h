@@ -24,6 +24,24 @@ absl::StatusOr<DiodeModel> DiodeOf(const DeckModel& model, const std::string& na
 absl::StatusOr<SwitchModel> SwitchOf(const DeckModel& model, const std::string& name, bool by_voltage,
                                      ParameterScope& scope, DeckNotes& notes);
 
+// A field-effect transistor that is turned on and off.
+struct TransistorModel {
+  bool is_p = false;      // closed where the gate is below the source by the threshold
+  SwitchModel switching;  // for the voltage from gate to source; from source to gate of a P-channel
+  DiodeModel body_diode;  // from source to drain; from drain to source of a P-channel
+};
+// Its geometry: parameters of the element's line.
+struct TransistorSize {
+  double width_by_length = 1;
+  double parallel = 1;
+};
+
+// The threshold is VTO; the on-resistance is RD + RS and that of the channel at a gate voltage of 10 V, 1/(KP W/L (10 -
+// VTO)); the body diode is that of IS, N and RB by the rule of `options`. Errors: as above.
+absl::StatusOr<TransistorModel> TransistorOf(const DeckModel& model, const std::string& name,
+                                             const TransistorSize& size, const DeckOptions& options,
+                                             ParameterScope& scope, DeckNotes& notes);
+
 }  // namespace dlcs::client
 
 #endif  // DLCS_CLIENT_NETLIST_DECK_MODELS_H_

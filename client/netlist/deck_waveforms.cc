@@ -27,8 +27,10 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
   const double stop = missing.stop;
   if (name == "pulse") {
     if (values.size() < 2) return too_few(2);
-    if (values.size() == 8) return DeckError(fields.Place(begin), "the number of pulses of PULSE is not supported");
-    if (values.size() > 8) return too_many(7);
+    if (values.size() == 8 && values[7] != 0) {
+      return DeckError(fields.Place(begin), "the number of pulses of PULSE is not supported; without it they never end");
+    }
+    if (values.size() > 8) return too_many(8);
     PulseWave wave{.low = values[0],
                    .high = values[1],
                    .delay = at(2, 0),

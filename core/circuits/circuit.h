@@ -62,6 +62,7 @@ struct SwitchModel {
   double on_resistance = 1;
   double off_resistance = std::numeric_limits<double>::infinity();
   bool starts_closed = false;  // where the control starts between the two levels
+  bool is_transistor = false;  // whose gate only sources and comparators may drive
 };
 
 struct Element {
@@ -75,7 +76,9 @@ struct Element {
   std::optional<PiecewiseLinear> transfer = {};  // of controlled sources; none is the identity
   DiodeModel diode = {};
   SwitchModel switching = {};
-  std::string place = {};  // where it was read, as in "buck.cir:7"; empty if unknown
+  std::optional<DiodeModel> body_diode = {};  // across a switch, from minus to plus
+  bool body_points_to_minus = false;          // from plus to minus instead
+  std::string place = {};                     // where it was read, as in "buck.cir:7"; empty if unknown
 };
 
 // Inductors `first` and `second` share flux: mutual inductance value √(L1 L2), 0 < |value| <= 1.

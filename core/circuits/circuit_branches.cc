@@ -19,7 +19,8 @@ constexpr double kHighResistance = 1e5;  // ohms
 
 class BranchMaker {
  public:
-  BranchMaker(const Circuit& circuit, const std::vector<bool>& in_loop) : circuit_(circuit), in_loop_(in_loop) {
+  BranchMaker(const Circuit& circuit, const std::vector<bool>& in_loop, const std::vector<Index>& ports)
+      : circuit_(circuit), in_loop_(in_loop), ports_(ports) {
     made_.nodes = static_cast<Index>(circuit.nodes.size());
     made_.parts.resize(circuit.elements.size());
   }
@@ -47,14 +48,14 @@ class BranchMaker {
       case ElementKind::kCapacitor:
       case ElementKind::kInductor: {
         const bool is_capacitor = element.kind == ElementKind::kCapacitor;
-        const CircuitBranches::Winding& winding = made_.windings[AsSize(e)];
-        if (winding.base != e) return AddWinding(element, winding);
+        if (made_.windings[AsSize(e)].base != e) return;  // added with its base
         const Index branch = AddBranch({.plus = element.plus,
                                         .minus = element.minus,
                                         .role = BranchRole::kEither,
                                         .order = is_capacitor ? kCapacitorOrder : kLastOrder});
         made_.storages.push_back({e, branch, is_capacitor});
-        return AddPart(branch);
+        AddPart(branch);
+        return AddTransformer(e);
       }
       case ElementKind::kVoltageSource:
       case ElementKind::kCurrentSource: {
@@ -66,7 +67,7 @@ class BranchMaker {
       case ElementKind::kControlledCurrent:
         return AddControlledElement(element);
       case ElementKind::kDiode:
-        return AddDiode(element, element.plus, element.minus, element.diode);
+        return AddDiode(element, element.plus, element.minus, element.diode, element.name);
       case ElementKind::kSwitch:
         return AddSwitch(element);
     }
@@ -196,12 +197,32 @@ class BranchMaker {
     }
   }
 
-  void AddWinding(const Element& element, const CircuitBranches::Winding& winding) {
-    const Element& base = circuit_.elements[AsSize(winding.base)];
-    AddPart(AddControlled(element.plus, element.minus, true,
-                          {{.factor = winding.ratio, .plus = base.plus, .minus = base.minus}}));
-    const Index beside = AddControlled(base.plus, base.minus, false, {{.factor = -winding.ratio, .element = element_}});
-    made_.parts[AsSize(winding.base)].push_back({beside, 1});
+  // The ideal transformer beside the inductor `base`: the voltages of its windings are as their ratios, and ratio times
+  // current adds up to 0. One winding, the port, has its current from the others, those have their voltages from it.
+  void AddTransformer(Index base) {
+    std::vector<Index> windings;
+    for (Index e = 0; e < static_cast<Index>(circuit_.elements.size()); ++e) {
+      if (made_.windings[AsSize(e)].base == base) windings.push_back(e);
+    }
+    if (windings.size() < 2) return;
+    const Index port = ports_.empty() ? base : ports_[AsSize(base)];
+    const auto ratio = [&](Index e) { return made_.windings[AsSize(e)].ratio / made_.windings[AsSize(port)].ratio; };
+    const Element& at_port = circuit_.elements[AsSize(port)];
+    std::vector<BranchControl> currents;
+    Index port_branch = 0;
+    for (const Index e : windings) {
+      const Element& element = circuit_.elements[AsSize(e)];
+      element_ = e;
+      const Index branch = e == port
+                               ? AddControlled(element.plus, element.minus, false, {})
+                               : AddControlled(element.plus, element.minus, true,
+                                               {{.factor = ratio(e), .plus = at_port.plus, .minus = at_port.minus}});
+      AddPart(branch);
+      if (e == port) port_branch = branch;
+      if (e != port) currents.push_back({.factor = -ratio(e), .branch = branch});
+    }
+    made_.branches[AsSize(port_branch)].controls = std::move(currents);
+    element_ = base;
   }
 
   Index NewNode() { return made_.nodes++; }
@@ -227,26 +248,25 @@ class BranchMaker {
     return branch;
   }
 
-  void AddDiode(const Element& element, Index anode, Index cathode, const DiodeModel& model) {
+  void AddDiode(const Element& element, Index anode, Index cathode, const DiodeModel& model, const std::string& name) {
     const double sign = anode == element.plus ? 1 : -1;
-    AddPart(AddOneWay(anode, cathode, model.forward, model.on_resistance, element.name), sign);
+    AddPart(AddOneWay(anode, cathode, model.forward, model.on_resistance, name), sign);
     for (std::size_t k = 0; k < model.further.size(); ++k) {
       const auto& [forward, ohms] = model.further[k];
-      AddPart(AddOneWay(anode, cathode, forward, ohms, element.name + "_" + std::to_string(k + 2)), sign);
+      AddPart(AddOneWay(anode, cathode, forward, ohms, name + "_" + std::to_string(k + 2)), sign);
     }
     if (std::isfinite(model.off_resistance)) {
       AddPart(AddResistor(anode, cathode, model.off_resistance, kHighOrder), sign);
     }
     if (model.breakdown) {
-      AddPart(AddOneWay(cathode, anode, *model.breakdown, model.breakdown_resistance, element.name + "_breakdown"),
-              -sign);
+      AddPart(AddOneWay(cathode, anode, *model.breakdown, model.breakdown_resistance, name + "_breakdown"), -sign);
     }
   }
 
   void AddSwitch(const Element& element) {
     const SwitchModel& model = element.switching;
     const Control& first = element.controls.front();
-    const bool is_one = element.controls.size() == 1 && first.element < 0 && first.factor == 1;
+    const bool is_one = !model.is_transistor && element.controls.size() == 1 && first.element < 0 && first.factor == 1;
     const bool forwards = is_one && first.plus == element.plus && first.minus == element.minus;
     const bool backwards = is_one && first.plus == element.minus && first.minus == element.plus;
     if (forwards || backwards) {
@@ -257,7 +277,8 @@ class BranchMaker {
                             (model.hysteresis != 0 ? "; its hysteresis is dropped" : ""));
       const DiodeModel diode = {
           .forward = model.threshold, .on_resistance = model.on_resistance, .off_resistance = model.off_resistance};
-      return AddDiode(element, forwards ? element.plus : element.minus, forwards ? element.minus : element.plus, diode);
+      return AddDiode(element, forwards ? element.plus : element.minus, forwards ? element.minus : element.plus, diode,
+                      element.name);
     }
     const double limit = LargestCurrent(model.on_resistance);
     made_.limits.push_back({element_, limit});
@@ -283,6 +304,11 @@ class BranchMaker {
     }
     if (std::isfinite(model.off_resistance)) {
       AddPart(AddResistor(element.plus, element.minus, model.off_resistance, kHighOrder));
+    }
+    if (element.body_diode) {
+      const bool to_minus = element.body_points_to_minus;
+      AddDiode(element, to_minus ? element.plus : element.minus, to_minus ? element.minus : element.plus,
+               *element.body_diode, element.name + "_body");
     }
   }
 
@@ -328,6 +354,7 @@ class BranchMaker {
 
   const Circuit& circuit_;
   const std::vector<bool>& in_loop_;
+  const std::vector<Index>& ports_;
   CircuitBranches made_;
   Index element_ = 0;
   std::vector<CurrentControl> current_controls_;
@@ -335,8 +362,26 @@ class BranchMaker {
 
 }  // namespace
 
-CircuitBranches MakeBranches(const Circuit& circuit, const std::vector<bool>& in_loop) {
-  return BranchMaker(circuit, in_loop).Make();
+CircuitBranches MakeBranches(const Circuit& circuit, const std::vector<bool>& in_loop,
+                             const std::vector<Index>& ports) {
+  return BranchMaker(circuit, in_loop, ports).Make();
+}
+
+void MakeReciprocal(const CircuitBranches& graph, const Vector& sign, Matrix& M) {
+  constexpr double kRounding = 1e-13;
+  const bool is_controlled = std::any_of(graph.branches.begin(), graph.branches.end(), [](const Branch& branch) {
+    return branch.role == BranchRole::kControlledVoltage || branch.role == BranchRole::kControlledCurrent;
+  });
+  for (Index i = 0; i < M.rows(); ++i) {
+    if (!is_controlled) M(i, i) = std::max(0.0, M(i, i));
+    for (Index j = 0; j < i; ++j) {
+      const double mirrored = sign[i] == sign[j] ? M(j, i) : -M(j, i);
+      if (is_controlled && std::abs(M(i, j) - mirrored) > kRounding * (std::abs(M(i, j)) + std::abs(mirrored)))
+        continue;
+      M(i, j) = (M(i, j) + mirrored) / 2;
+      M(j, i) = sign[i] == sign[j] ? M(i, j) : -M(i, j);
+    }
+  }
 }
 
 }  // namespace dlcs

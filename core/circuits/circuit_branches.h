@@ -103,13 +103,21 @@ struct CircuitBranches {
 // A piecewise linear transfer function is a sum of such voltages: between two points the node has a resistance that is
 // the slope, at a jump it has none.
 //
-// Inductors L1 and L2 that are coupled by 1 are L1 alone and an ideal transformer: the voltage of L2 is ratio =
-// √(L2/L1) that of L1, and a current of -ratio i(L2) flows beside L1.
+// Inductors that are coupled by 1 are the first of them, the base, and an ideal transformer beside it: its windings
+// have the ratio √(L/L base). The winding `ports[base]` gets its current from the others, and they their voltages from
+// it. Which one that may be depends on what is in series and in parallel with them.
 //
 // A switch that its own voltage controls closes where a diode conducts, and becomes one with `forward` = threshold; its
-// hysteresis is dropped, with a note.
+// hysteresis is dropped, with a note. A body diode is beside the valves.
 // `in_loop` tells which switches the circuit itself controls, by element; the gates of the others are sources.
-CircuitBranches MakeBranches(const Circuit& circuit, const std::vector<bool>& in_loop);
+// By default the ports are the bases.
+CircuitBranches MakeBranches(const Circuit& circuit, const std::vector<bool>& in_loop,
+                             const std::vector<Index>& ports = {});
+
+// Removes what rounding left of reciprocity in M: it is symmetric between pairs of the same kind (y both currents, sign
+// 1, or both reverse voltages, -1) and skew between others. Without controlled sources all entries are made so,
+// otherwise those that are but for rounding. An entry of 1e-16 beside a zero of the diagonal would make M indefinite.
+void MakeReciprocal(const CircuitBranches& graph, const Vector& sign, Matrix& M);
 
 }  // namespace dlcs
 

@@ -15,6 +15,7 @@
 #include "core/circuits/first_branch.h"
 #include "core/circuits/gate.h"
 #include "core/circuits/operating_point.h"
+#include "core/circuits/solution_blocks.h"
 #include "core/circuits/source_terms.h"
 #include "core/circuits/variable_names.h"
 #include "core/format_number.h"
@@ -33,8 +34,7 @@ class Formulation {
     if (absl::Status status = CheckElements(circuit_); !status.ok()) return status;
     // Which switches the circuit itself controls is seen from its equations, and then changes them.
     for (bool changed = true; changed;) {
-      graph_ = MakeBranches(circuit_, in_loop_);
-      if (absl::Status status = states_.Find(); !status.ok()) return status;
+      if (absl::Status status = FindStates(); !status.ok()) return status;
       const auto found = FindGates();
       if (!found.ok()) return found.status();
       changed = !*found;
@@ -45,6 +45,36 @@ class Formulation {
 
  private:
   const Element& ElementAt(Index index) const { return circuit_.elements[AsSize(index)]; }
+
+  // With other windings as ports of ideal transformers where the bases will not do.
+  absl::Status FindStates() {
+    graph_ = MakeBranches(circuit_, in_loop_, ports_);
+    const absl::Status status = states_.Find();
+    if (status.ok()) return status;
+    const auto count = static_cast<Index>(circuit_.elements.size());
+    std::vector<std::vector<Index>> cores;  // their windings, the base first
+    for (Index e = 0; e < count; ++e) {
+      std::vector<Index> windings;
+      for (Index other = e; other < count; ++other) {
+        if (graph_.windings[AsSize(other)].base == e) windings.push_back(other);
+      }
+      if (windings.size() > 1) cores.push_back(std::move(windings));
+    }
+    constexpr std::size_t kMaxChoices = 1024;
+    std::size_t choices = 1;
+    for (const auto& windings : cores) choices = std::min(kMaxChoices, choices * windings.size());
+    for (std::size_t choice = 0; choice < choices && !cores.empty(); ++choice) {
+      ports_.resize(circuit_.elements.size());
+      std::size_t rest = choice;
+      for (const auto& windings : cores) {
+        ports_[AsSize(windings.front())] = windings[rest % windings.size()];
+        rest /= windings.size();
+      }
+      graph_ = MakeBranches(circuit_, in_loop_, ports_);
+      if (states_.Find().ok()) return absl::OkStatus();
+    }
+    return status;
+  }
 
   // The gates of all switches that sources control, those first whose controls depend on no other gate. False if there
   // are others, which then are in `in_loop_`.
@@ -73,7 +103,7 @@ class Formulation {
                                             std::string(gate.status().message()));
         }
         for (Index k = s; k < states_.num_sources(); ++k) {
-          if (graph_.sources[AsSize(k)].element != switched) continue;
+          if (graph_.sources[AsSize(k)].element != switched || !graph_.sources[AsSize(k)].is_gate) continue;
           graph_.sources[AsSize(k)].wave = *gate;
           found[AsSize(k)] = true;
         }
@@ -81,9 +111,34 @@ class Formulation {
       }
     }
     for (Index s = 0; s < states_.num_sources(); ++s) {
-      if (!found[AsSize(s)]) in_loop_[AsSize(graph_.sources[AsSize(s)].element)] = true;
+      if (found[AsSize(s)]) continue;
+      const Index switched = graph_.sources[AsSize(s)].element;
+      if (absl::Status status = RefuseAnalog(switched); !status.ok()) return status;
+      in_loop_[AsSize(switched)] = true;
     }
     return std::find(found.begin(), found.end(), false) == found.end();
+  }
+
+  // A transistor whose gate follows what its own circuit does may be an amplifier.
+  absl::Status RefuseAnalog(Index switched) const {
+    const Element& element = ElementAt(switched);
+    if (!element.switching.is_transistor) return absl::OkStatus();
+    const LinearForm control = states_.SumOf(element.controls);
+    std::vector<Index> branches;
+    const std::vector<Index> order = states_.Storages();
+    for (Index k = 0; k < states_.num_states(); ++k) {
+      if (control.x[k] != 0) branches.push_back(graph_.storages[AsSize(order[AsSize(k)])].branch);
+    }
+    for (Index k = 0; k < states_.num_pairs(); ++k) {
+      const bool is_clamp = std::any_of(graph_.clamps.begin(), graph_.clamps.end(),
+                                        [k](const ClampBranches& clamp) { return clamp.low == k || clamp.high == k; });
+      if (control.y[k] != 0 && !is_clamp) branches.push_back(graph_.diodes[AsSize(k)].branch);
+    }
+    if (branches.empty()) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        WithPlace(element) + ": its gate voltage depends on " + ElementsOf(branches, graph_, circuit_) +
+        ", so it may be an amplifier; a transistor is a switch whose gate independent sources or comparators drive. "
+        "Drive it from its gate to its source, or replace it by a switch S");
   }
 
   // The values of all sources at 0.
@@ -102,7 +157,8 @@ class Formulation {
     } else {
       Vector values = s;
       for (Index k = 0; k < states_.num_sources(); ++k) values[k] *= graph_.sources[AsSize(k)].scale;
-      const auto rest = FindOperatingPoint(circuit_, graph_, values);
+      // At rest every winding is a short, whatever its transformer's port is; the order of everything is the same.
+      const auto rest = FindOperatingPoint(circuit_, MakeBranches(circuit_, in_loop_), values);
       if (!rest.ok()) return rest.status();
       for (Index k = 0; k < z.size(); ++k) z[k] = (*rest)[order[AsSize(k)]];
     }
@@ -180,7 +236,7 @@ class Formulation {
     }
     if (absl::Status status = RefuseImpulses(pairs); !status.ok()) return status;
     NoteDriven(pairs);
-    Symmetrize(pairs.y);
+    MakeReciprocal(graph_, states_.sign(), pairs.y);
     const Rows outputs = MakeOutputs(made.outputs.names);
 
     NoteImpulses(outputs);
@@ -224,37 +280,34 @@ class Formulation {
     const TimeAxis axis{problem.horizon, BreakPoints(problem.g, problem.horizon)};
     auto evaluator = TimeFunctionEvaluator::Create(problem.g, n, axis);
     if (!evaluator.ok()) return evaluator.status();
-    Vector q(n);
-    evaluator->Evaluate(axis.Nearest(0), Side::kRight, q);
-    q += problem.N * x0_;
-    problem.y0 = GuessOfStart();
-    if (n > kMaxBasicSolutionsSize) return absl::OkStatus();
-    const BasicSolutions solutions = AllBasicSolutions(M, q, {}, 1e-12 * q.cwiseAbs());
-    if (solutions.solutions.empty()) return absl::OkStatus();
+    Vector g(n);
+    evaluator->Evaluate(axis.Nearest(0), Side::kRight, g);
+    const Matrix& N = problem.N.Dense();
+    const Vector tolerance = 1e-12 * (g.cwiseAbs() + N.cwiseAbs() * x0_.cwiseAbs());
+    const BlockSolutions solutions =
+        SolveByBlocks(M, g + N * x0_, tolerance, Matrix(0, n), graph_.clamps, states_.sign());
+    if (!solutions.undecided.empty()) {
+      return absl::InvalidArgumentError(
+          "which solution the circuit starts with could not be decided: too much feedback between " +
+          ElementsOfPairs(solutions.undecided, circuit_, graph_) +
+          ", which depend on each other at once. A small capacitor or inductor between them separates them");
+    }
+    if (solutions.all.empty()) {
+      return absl::InvalidArgumentError(
+          "there is no solution at 0: no voltages and currents of diodes, switches and comparators fit the initial "
+          "values and the sources at 0; give others with IC= or .ic");
+    }
     const BranchVoltages voltages = VoltagesAtStart();
-    const std::vector<Index> starts = PossibleStarts(solutions, voltages, circuit_, graph_);
+    const std::vector<Index> starts = PossibleStarts(solutions.all, voltages, circuit_, graph_);
     if (starts.size() > 1) {
       return absl::InvalidArgumentError(
           "there are several solutions at 0, which differ in " +
-          ElementsThatDiffer(solutions, starts, voltages, circuit_, graph_) +
+          ElementsThatDiffer(solutions.all, starts, voltages, circuit_, graph_) +
           ": history chooses one of them, so give a voltage at 0 that is different in them with .ic V(node)=...");
     }
     problem.y0 = Vector::Zero(n);
-    for (const Index i : solutions.solutions[AsSize(starts.front())].basis) (*problem.y0)[i] = 1;
+    for (Index i = 0; i < n; ++i) (*problem.y0)[i] = solutions.all[AsSize(starts.front())].basis[AsSize(i)] ? 1 : 0;
     return absl::OkStatus();
-  }
-
-  // All switches as they start, all other diodes blocking.
-  Vector GuessOfStart() const {
-    const auto blocks = [this](Index diode) { return states_.sign()[diode] < 0 ? 1.0 : 0.0; };
-    Vector guess(states_.num_pairs());
-    for (Index k = 0; k < guess.size(); ++k) guess[k] = blocks(k);
-    for (const ClampBranches& clamp : graph_.clamps) {
-      const bool is_high = clamp.is_gate && ElementAt(clamp.element).switching.starts_closed;
-      const Index conducts = is_high ? clamp.high : clamp.low;
-      if (conducts >= 0) guess[conducts] = 1 - blocks(conducts);
-    }
-    return guess;
   }
 
   BranchVoltages VoltagesAtStart() const {
@@ -342,23 +395,6 @@ class Formulation {
     }
   }
 
-  // Without controlled sources the network is reciprocal: M is symmetric between pairs of the same kind (y both
-  // currents, or both voltages), skew between others. Rounding must not hide it.
-  void Symmetrize(Matrix& M) const {
-    for (const Branch& branch : graph_.branches) {
-      if (branch.role == BranchRole::kControlledVoltage || branch.role == BranchRole::kControlledCurrent) return;
-    }
-    for (Index i = 0; i < M.rows(); ++i) {
-      M(i, i) = std::max(0.0, M(i, i));
-      for (Index j = 0; j < i; ++j) {
-        const double sign = states_.sign()[i] == states_.sign()[j] ? 1 : -1;
-        const double both = (M(i, j) + sign * M(j, i)) / 2;
-        M(i, j) = both;
-        M(j, i) = sign * both;
-      }
-    }
-  }
-
   Rows MakeOutputs(std::vector<std::string>& names) const {
     const auto nodes = static_cast<Index>(circuit_.nodes.size()),
                elements = static_cast<Index>(circuit_.elements.size());
@@ -397,6 +433,7 @@ class Formulation {
 
   const Circuit& circuit_;
   std::vector<bool> in_loop_;  // by element: a switch that the circuit itself controls
+  std::vector<Index> ports_;   // of ideal transformers; empty: their bases
   CircuitBranches graph_;
   CircuitStates states_;
   Vector x0_;

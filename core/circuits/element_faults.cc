@@ -29,6 +29,24 @@ std::string FaultOfControlled(const Element& element) {
   return std::is_sorted(x.begin(), x.end()) ? "" : "the points of the table must be in increasing order";
 }
 
+std::string FaultOfDiode(const DiodeModel& diode) {
+  if (!std::isfinite(diode.forward)) return "a forward voltage of " + NumberText(diode.forward) + " V";
+  if (!(diode.on_resistance >= 0) || !std::isfinite(diode.on_resistance)) {
+    return "an on-resistance of " + NumberText(diode.on_resistance) + " ohm; must be at least 0";
+  }
+  for (const auto& [forward, ohms] : diode.further) {
+    if (std::isfinite(forward) && ohms > 0 && std::isfinite(ohms)) continue;
+    return "a kink at " + NumberText(forward) + " V with " + NumberText(ohms) + " ohm; must be above 0";
+  }
+  if (!(diode.off_resistance > 0)) {
+    return "an off-resistance of " + NumberText(diode.off_resistance) + " ohm; must be above 0";
+  }
+  if (diode.breakdown && !(*diode.breakdown > 0)) {
+    return "a breakdown voltage of " + NumberText(*diode.breakdown) + " V; must be above 0";
+  }
+  return "";
+}
+
 std::string FaultOfElement(const Element& element) {
   const auto must_be_positive = [&](const char* what, const char* unit) -> std::string {
     if (std::isfinite(element.value) && element.value > 0) return "";
@@ -44,24 +62,8 @@ std::string FaultOfElement(const Element& element) {
     case ElementKind::kVoltageSource:
     case ElementKind::kCurrentSource:
       return FaultOf(element.source);
-    case ElementKind::kDiode: {
-      const DiodeModel& diode = element.diode;
-      if (!std::isfinite(diode.forward)) return "a forward voltage of " + NumberText(diode.forward) + " V";
-      if (!(diode.on_resistance >= 0) || !std::isfinite(diode.on_resistance)) {
-        return "an on-resistance of " + NumberText(diode.on_resistance) + " ohm; must be at least 0";
-      }
-      for (const auto& [forward, ohms] : diode.further) {
-        if (std::isfinite(forward) && ohms > 0 && std::isfinite(ohms)) continue;
-        return "a kink at " + NumberText(forward) + " V with " + NumberText(ohms) + " ohm; must be above 0";
-      }
-      if (!(diode.off_resistance > 0)) {
-        return "an off-resistance of " + NumberText(diode.off_resistance) + " ohm; must be above 0";
-      }
-      if (diode.breakdown && !(*diode.breakdown > 0)) {
-        return "a breakdown voltage of " + NumberText(*diode.breakdown) + " V; must be above 0";
-      }
-      return "";
-    }
+    case ElementKind::kDiode:
+      return FaultOfDiode(element.diode);
     case ElementKind::kSwitch: {
       const SwitchModel& model = element.switching;
       if (!(model.on_resistance >= 0) || !std::isfinite(model.on_resistance)) {
@@ -74,7 +76,8 @@ std::string FaultOfElement(const Element& element) {
         return "a hysteresis of " + NumberText(model.hysteresis) +
                "; must be at least 0 (a smooth transition is not supported)";
       }
-      return std::isfinite(model.threshold) ? "" : "the threshold is not finite";
+      if (!std::isfinite(model.threshold)) return "the threshold is not finite";
+      return element.body_diode ? FaultOfDiode(*element.body_diode) : "";
     }
     case ElementKind::kControlledVoltage:
     case ElementKind::kControlledCurrent:

@@ -20,6 +20,11 @@ bool AreSame(double one, double other) {
   return std::abs(one - other) <= 1e-6 * (1e-6 + std::abs(one) + std::abs(other));
 }
 
+// All points between two solutions are solutions.
+bool AreJoined(const BlockSolution& one, const BlockSolution& other) {
+  return one.y.cwiseProduct(other.w).isZero(0) && other.y.cwiseProduct(one.w).isZero(0);
+}
+
 // Leaves those of `among` with the least value of `cost`.
 template <typename Cost>
 void KeepLeast(const Cost& cost, std::vector<Index>& among) {
@@ -35,13 +40,13 @@ void KeepLeast(const Cost& cost, std::vector<Index>& among) {
 
 }  // namespace
 
-std::vector<Index> PossibleStarts(const BasicSolutions& solutions, const BranchVoltages& voltages,
+std::vector<Index> PossibleStarts(const std::vector<BlockSolution>& solutions, const BranchVoltages& voltages,
                                   const Circuit& circuit, const CircuitBranches& graph) {
-  std::vector<Index> among(solutions.solutions.size());
+  std::vector<Index> among(solutions.size());
   std::iota(among.begin(), among.end(), Index{0});
   if (among.size() < 2) return among;
   std::vector<Vector> values;
-  for (const BasicSolution& solution : solutions.solutions) {
+  for (const BlockSolution& solution : solutions) {
     values.emplace_back(voltages.constant + voltages.of_y * solution.y);
   }
   const auto clamps = static_cast<Index>(graph.clamps.size());
@@ -72,15 +77,26 @@ std::vector<Index> PossibleStarts(const BasicSolutions& solutions, const BranchV
               return (gate(solution, c) > 0.5) != element.switching.starts_closed;
             }),
             among);
-  return among;
+  std::vector<Index> kept;
+  for (const Index k : among) {
+    const bool is_known = std::any_of(kept.begin(), kept.end(), [&](Index other) {
+      const Vector &one = values[AsSize(k)], &two = values[AsSize(other)];
+      const auto same = [&](Index v) { return one[v] == two[v] || AreSame(one[v], two[v]); };
+      for (Index v = 0; v < one.size(); ++v) {
+        if (!same(v)) return false;
+      }
+      return AreJoined(solutions[AsSize(k)], solutions[AsSize(other)]);
+    });
+    if (!is_known) kept.push_back(k);
+  }
+  return kept;
 }
 
-std::string ElementsThatDiffer(const BasicSolutions& solutions, const std::vector<Index>& among,
+std::string ElementsThatDiffer(const std::vector<BlockSolution>& solutions, const std::vector<Index>& among,
                                const BranchVoltages& voltages, const Circuit& circuit, const CircuitBranches& graph) {
   std::set<Index> elements;
   for (const Index k : among) {
-    const Vector change =
-        voltages.of_y * (solutions.solutions[AsSize(k)].y - solutions.solutions[AsSize(among.front())].y);
+    const Vector change = voltages.of_y * (solutions[AsSize(k)].y - solutions[AsSize(among.front())].y);
     for (std::size_t c = 0; c < graph.clamps.size(); ++c) {
       if (std::abs(change[static_cast<Index>(c)]) > 1e-9) elements.insert(graph.clamps[c].element);
     }
@@ -88,6 +104,12 @@ std::string ElementsThatDiffer(const BasicSolutions& solutions, const std::vecto
   std::vector<std::string> names;
   for (const Index element : elements) names.push_back(WithPlace(circuit.elements[AsSize(element)]));
   return names.empty() ? "diodes" : ListText(names);
+}
+
+std::string ElementsOfPairs(const std::vector<Index>& pairs, const Circuit& circuit, const CircuitBranches& graph) {
+  std::vector<Index> branches;
+  for (const Index pair : pairs) branches.push_back(graph.diodes[AsSize(pair)].branch);
+  return ElementsOf(branches, graph, circuit);
 }
 
 }  // namespace dlcs

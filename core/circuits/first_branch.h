@@ -9,7 +9,7 @@
 
 #include "core/circuits/circuit.h"
 #include "core/circuits/circuit_branches.h"
-#include "core/lcp/dense/basic_solutions.h"
+#include "core/circuits/solution_blocks.h"
 #include "core/types.h"
 
 namespace dlcs {
@@ -22,13 +22,17 @@ struct BranchVoltages {
 
 // Those of `solutions` that the circuit may start with. Comparators with feedback have several: solutions in which a
 // gate is neither open nor closed are left out where there are others, then those farther than others from the given
-// node voltages, then those in which a switch is not as it starts.
-std::vector<Index> PossibleStarts(const BasicSolutions& solutions, const BranchVoltages& voltages,
+// node voltages, then those in which a switch is not as it starts. Of those that are joined by a line of solutions with
+// the same voltages the first.
+std::vector<Index> PossibleStarts(const std::vector<BlockSolution>& solutions, const BranchVoltages& voltages,
                                   const Circuit& circuit, const CircuitBranches& graph);
 
 // The elements of `graph.clamps` in which solutions differ, for messages.
-std::string ElementsThatDiffer(const BasicSolutions& solutions, const std::vector<Index>& among,
+std::string ElementsThatDiffer(const std::vector<BlockSolution>& solutions, const std::vector<Index>& among,
                                const BranchVoltages& voltages, const Circuit& circuit, const CircuitBranches& graph);
+
+// The elements of `pairs`, for messages.
+std::string ElementsOfPairs(const std::vector<Index>& pairs, const Circuit& circuit, const CircuitBranches& graph);
 
 }  // namespace dlcs
 

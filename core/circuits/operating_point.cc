@@ -2,7 +2,6 @@
 #include "core/circuits/operating_point.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -12,9 +11,9 @@
 #include "core/circuits/circuit_names.h"
 #include "core/circuits/first_branch.h"
 #include "core/circuits/linear_network.h"
+#include "core/circuits/solution_blocks.h"
 #include "core/format_number.h"
 #include "core/lcp/lcp.h"
-#include "core/linalg/linear_program.h"
 #include "core/matrix_classes/matrix_class.h"
 
 namespace dlcs {
@@ -55,18 +54,24 @@ absl::Status StatusOfRest(NetworkFault fault, const CircuitBranches& graph, cons
 // q, M and what the storages are, as functions of y.
 struct RestProblem {
   Matrix M;
-  Vector q;
-  Matrix storage;   // storages × y
-  Vector constant;  // storages
+  Vector q, q_size;  // the second: the sum of the sizes of its terms
+  Vector sign;       // 1 where y is a current, -1 where it is a reverse voltage
+  Matrix storage;    // storages × y
+  Vector constant;   // storages
   BranchVoltages clamps;
 };
 
 RestProblem MakeRestProblem(const LinearNetwork& network, const CircuitBranches& graph, const Vector& given,
                             Index num_given) {
   const auto pairs = static_cast<Index>(graph.diodes.size()), storages = static_cast<Index>(graph.storages.size());
-  RestProblem rest{
-      Matrix::Zero(pairs, pairs), Vector::Zero(pairs), Matrix::Zero(storages, pairs), Vector::Zero(storages), {}};
-  Vector sign(pairs);
+  RestProblem rest{Matrix::Zero(pairs, pairs),
+                   Vector::Zero(pairs),
+                   Vector::Zero(pairs),
+                   Vector::Zero(pairs),
+                   Matrix::Zero(storages, pairs),
+                   Vector::Zero(storages),
+                   {}};
+  Vector& sign = rest.sign;
   std::vector<Index> input(AsSize(pairs));
   for (Index k = 0; k < pairs; ++k) {
     const Index branch = graph.diodes[AsSize(k)].branch;
@@ -82,6 +87,7 @@ RestProblem MakeRestProblem(const LinearNetwork& network, const CircuitBranches&
     const RowVector row = network.InTree(branch) ? network.Current(branch) : RowVector(-network.Voltage(branch));
     RowVector of_y(pairs);
     rest.q[k] = split(row, of_y);
+    rest.q_size[k] = row.cwiseAbs().dot(given.cwiseAbs().transpose());
     rest.M.row(k) = of_y;
   }
   for (Index k = 0; k < storages; ++k) {
@@ -91,6 +97,7 @@ RestProblem MakeRestProblem(const LinearNetwork& network, const CircuitBranches&
     rest.constant[k] = split(row, of_y);
     rest.storage.row(k) = of_y;
   }
+  MakeReciprocal(graph, sign, rest.M);
   // Given node voltages are held, and tell nothing.
   const auto clamps = static_cast<Index>(graph.clamps.size());
   rest.clamps.of_y = Matrix::Zero(clamps + num_given, pairs);
@@ -103,41 +110,13 @@ RestProblem MakeRestProblem(const LinearNetwork& network, const CircuitBranches&
   return rest;
 }
 
-// The smallest and the largest value of each storage over all solutions, for a positive semidefinite M: with one of
-// them, y*, the others are { y >= 0, q + M y >= 0, (M + Mᵀ)(y - y*) = 0, qᵀ(y - y*) = 0 } ([Cottle 1992], Theorem
-// 3.1.7). Returns the first storage for which they differ, -1 if there is none, -2 if a program failed.
-Index FirstUndetermined(const RestProblem& rest, const Vector& y) {
-  const Index pairs = y.size();
-  Vector unit(pairs);  // of y: M then has entries of a moderate size
-  for (Index k = 0; k < pairs; ++k) unit[k] = rest.M(k, k) > 0 ? 1 / std::sqrt(rest.M(k, k)) : 1;
-  const Matrix M = unit.asDiagonal() * rest.M * unit.asDiagonal();
-  const Vector q = unit.cwiseProduct(rest.q), at = y.cwiseQuotient(unit);
-  const double size = std::max({1e-300, q.cwiseAbs().maxCoeff(), at.cwiseAbs().maxCoeff()});
-
-  LinearProgram program = MakeLinearProgram(2 * pairs + 1, pairs);
-  const Vector z = at / size, scaled_q = q / size;
-  program.rows.topRows(pairs) = M;
-  program.row_lower.head(pairs) = -scaled_q;
-  program.rows.middleRows(pairs, pairs) = M + M.transpose();
-  program.row_lower.segment(pairs, pairs) = program.row_upper.segment(pairs, pairs) = (M + M.transpose()) * z;
-  program.rows.row(2 * pairs) = scaled_q.transpose();
-  program.row_lower[2 * pairs] = program.row_upper[2 * pairs] = scaled_q.dot(z);
-  for (Index s = 0; s < rest.storage.rows(); ++s) {
-    RowVector row = rest.storage.row(s) * unit.asDiagonal();
-    const double largest = row.cwiseAbs().maxCoeff();
-    if (largest == 0) continue;
-    row /= largest;
-    for (const double sign : {1.0, -1.0}) {
-      program.cost = sign * row.transpose();
-      const LinearProgramSolution solution = SolveLinearProgram(program);
-      if (solution.verdict == LinearProgramVerdict::kUnboundedBelow) return s;
-      if (solution.verdict != LinearProgramVerdict::kOptimal) return -2;
-      constexpr double kSame = 1e-6;  // beside the tolerances of the program
-      if (std::abs(solution.objective - sign * row.dot(z.transpose())) > kSame * (1 + z.cwiseAbs().maxCoeff()))
-        return s;
-    }
-  }
-  return -1;
+// What is zero but for rounding is zero.
+Vector StorageAt(const RestProblem& rest, const Vector& y) {
+  constexpr double kRounding = 1e-13;
+  const Vector terms = rest.constant.cwiseAbs() + rest.storage.cwiseAbs() * y.cwiseAbs();
+  Vector at = rest.constant + rest.storage * y;
+  at = (at.array().abs() <= kRounding * terms.array()).select(0, at);
+  return at;
 }
 
 std::string NamesOfDiodes(const CircuitBranches& graph, const Circuit& circuit) {
@@ -154,25 +133,34 @@ absl::Status NotDetermined(const Element& element) {
                                     (is_capacitor ? ".ic V(node)=..., or with IC= and UIC" : "IC= and UIC"));
 }
 
+std::string NoOperatingPoint(const CircuitBranches& graph, const Circuit& circuit) {
+  return "there is no operating point at 0: no voltages and currents of " + NamesOfDiodes(graph, circuit) +
+         " fit the sources at 0";
+}
+
 // The start if M is of no class.
-absl::StatusOr<Vector> StartAmongSeveral(const RestProblem& rest, const LcpResult& solved, const Circuit& circuit,
+absl::StatusOr<Vector> StartAmongSeveral(const RestProblem& rest, const Circuit& circuit,
                                          const CircuitBranches& graph) {
   const std::string advice = "; give the start with IC= and UIC";
-  const auto& solutions = solved.basic_solutions;
-  if (!solutions || !solutions->complete || !solutions->faces.empty() || solutions->solutions.empty()) {
+  const BlockSolutions found =
+      SolveByBlocks(rest.M, rest.q, 1e-12 * rest.q_size, rest.storage, graph.clamps, rest.sign);
+  if (found.open_row >= 0)
+    return NotDetermined(circuit.elements[AsSize(graph.storages[AsSize(found.open_row)].element)]);
+  if (!found.undecided.empty()) {
     return absl::InvalidArgumentError("the operating point at 0 may not be the only one: controlled sources act on " +
-                                      NamesOfDiodes(graph, circuit) + advice);
+                                      ElementsOfPairs(found.undecided, circuit, graph) + advice);
   }
-  const std::vector<Index> starts = PossibleStarts(*solutions, rest.clamps, circuit, graph);
-  const auto storages = [&](Index k) -> Vector { return rest.storage * solutions->solutions[AsSize(k)].y; };
+  if (found.all.empty()) return absl::InvalidArgumentError(NoOperatingPoint(graph, circuit));
+  const std::vector<Index> starts = PossibleStarts(found.all, rest.clamps, circuit, graph);
+  const auto storages = [&](Index k) -> Vector { return rest.storage * found.all[AsSize(k)].y; };
   const Vector first = storages(starts.front());
   const double size = 1e-9 * (first.cwiseAbs() + rest.constant.cwiseAbs()).sum();
   for (const Index k : starts) {
     if ((storages(k) - first).cwiseAbs().sum() <= size) continue;
     return absl::InvalidArgumentError("there are several operating points at 0, which differ in " +
-                                      ElementsThatDiffer(*solutions, starts, rest.clamps, circuit, graph) + advice);
+                                      ElementsThatDiffer(found.all, starts, rest.clamps, circuit, graph) + advice);
   }
-  return Vector(rest.constant + first);
+  return StorageAt(rest, found.all[AsSize(starts.front())].y);
 }
 
 }  // namespace
@@ -195,21 +183,13 @@ absl::StatusOr<Vector> FindOperatingPoint(const Circuit& circuit, const CircuitB
 
   const MatrixClass matrix_class = Classify(rest.M);
   const bool semidefinite = matrix_class.positive_semidefinite.yes();
-  LcpRequest request;
-  if (!matrix_class.p.yes()) {
-    request.rule = semidefinite ? SolutionRule::kLeastNorm : SolutionRule::kAuto;
-    request.all_basic_solutions = !semidefinite && rest.q.size() <= kMaxBasicSolutionsSize;
-  }
-  const auto solved = SolveLcp(rest.M, rest.q, request);
+  if (!matrix_class.p.yes() && !semidefinite) return StartAmongSeveral(rest, circuit, graph);
+  const auto solved = SolveLcp(rest.M, rest.q, matrix_class.p.yes() ? SolutionRule::kUnique : SolutionRule::kLeastNorm);
   if (!solved.ok()) return solved.status();
-  if (solved->verdict != LcpStatus::kSolved) {
-    return absl::InvalidArgumentError("there is no operating point at 0: no voltages and currents of " +
-                                      NamesOfDiodes(graph, circuit) + " fit the sources at 0");
-  }
-  const Vector start = rest.constant + rest.storage * solved->y;
+  if (solved->verdict != LcpStatus::kSolved) return absl::InvalidArgumentError(NoOperatingPoint(graph, circuit));
+  const Vector start = StorageAt(rest, solved->y);
   if (matrix_class.p.yes() || rest.storage.isZero(0)) return start;
-  if (!semidefinite) return StartAmongSeveral(rest, *solved, circuit, graph);
-  const Index open = FirstUndetermined(rest, solved->y);
+  const Index open = FirstOpenRow(rest.M, rest.q, rest.storage, solved->y);
   if (open >= 0) return NotDetermined(circuit.elements[AsSize(graph.storages[AsSize(open)].element)]);
   if (open < -1) {
     return absl::InvalidArgumentError(

@@ -73,6 +73,7 @@ void AddTimes(const std::string& entry, const NumberRule& rule, const std::strin
   const double last = meets_end ? nearest : std::floor(steps);
   for (double k = 0; k <= last; ++k)
     times.push_back(meets_end && last > 0 ? (begin * (last - k) + end * k) / last : begin + k * step);
+  if (meets_end) times.back() = end;  // to the last bit: it may be T
 }
 
 }  // namespace

@@ -167,6 +167,34 @@ TEST(DeckTest, ReadsSwitchesCouplingsAndControls) {
   EXPECT_EQ(Named(deck, "B2").kind, ElementKind::kControlledCurrent);
 }
 
+// The channel at 10 V of KP W/L = 20 with 2 V of threshold has 1/160 ohm.
+TEST(DeckTest, TransistorsAreSwitchesByAStatedRule) {
+  const Deck deck = Good(
+      "V1 in 0 1\nV2 g 0 5\n"
+      "M1 in g 0 NM M=2\nM2 in g 0 0 LP W=100u L=10u AD=1p\nM3 in g 0 PM\n"
+      ".model NM VDMOS(VTO=2 KP=20 RD=5m RS=1m RB=10m IS=1e-12 BV=60 CGS=1n RON=99m Qg=3n)\n"
+      ".model LP NMOS(LEVEL=1 VTO=1 KP=2)\n.model PM VDMOS(PCHAN VTO=-3 KP=1)\n" +
+      std::string(kRest));
+  const Element& power = Named(deck, "M1");
+  EXPECT_EQ(power.kind, ElementKind::kSwitch);
+  EXPECT_EQ(power.switching.threshold, 2);
+  EXPECT_DOUBLE_EQ(power.switching.on_resistance, 0.099 / 2);  // what the model says
+  ASSERT_TRUE(power.body_diode);
+  const double slope = 1.380649e-23 * 300.15 / 1.602176634e-19;
+  EXPECT_DOUBLE_EQ(power.body_diode->on_resistance, 0.005 + slope);
+  EXPECT_DOUBLE_EQ(power.body_diode->forward, slope * (std::log(1 / 2e-12) - 1));
+  EXPECT_EQ(power.body_diode->breakdown, 60);
+  EXPECT_DOUBLE_EQ(Named(deck, "M2").switching.on_resistance, 1 / (2 * 10 * 9.0));
+  const Element& p_channel = Named(deck, "M3");
+  EXPECT_EQ(p_channel.switching.threshold, 3);
+  EXPECT_EQ(p_channel.controls[0].factor, -1);
+  EXPECT_TRUE(p_channel.body_points_to_minus);
+  EXPECT_THAT(deck.notes,
+              AllOf(Contains(HasSubstr(".model NM: cgs, qg are ignored")),
+                    Contains(HasSubstr(".model LP: a switch, closed where the gate is more than 1 V above")),
+                    Contains(HasSubstr("ad is ignored"))));
+}
+
 TEST(DeckTest, ReadsTablesPolynomialsAndPiecewiseLinearExpressions) {
   const Deck deck = Good(
       "V1 a 0 1\n"
@@ -257,8 +285,13 @@ TEST(DeckTest, ReadsTheMicroOfLtspice) {
 
 TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   const std::string rest = kRest;
-  EXPECT_THAT(Fault("M1 a b 0 0 NMOS\n" + rest), AllOf(HasSubstr("a.cir:2:1: M1"), HasSubstr("transistors")));
-  EXPECT_THAT(Fault("Q1 a b 0 X\n" + rest), HasSubstr("transistors"));
+  EXPECT_THAT(Fault("M1 a b 0 0 NM\n" + rest), AllOf(HasSubstr("a.cir:2:12: M1"), HasSubstr("no .model NM")));
+  EXPECT_THAT(Fault("M1 a b 0 c NM\n.model NM NMOS(VTO=2)\n" + rest), HasSubstr("the bulk c is not at the source 0"));
+  EXPECT_THAT(Fault("M1 a b 0 0 NM W=1u\n.model NM NMOS(VTO=2)\n" + rest), HasSubstr("W and L must be given together"));
+  EXPECT_THAT(Fault("M1 a b 0 0 NM\n.model NM NMOS(LEVEL=8 VTH0=1)\n" + rest), HasSubstr("LEVEL=8 is not supported"));
+  EXPECT_THAT(Fault("M1 a b 0 NM\n.model NM VDMOS(VTO=12)\n" + rest), HasSubstr("a threshold of 12 V"));
+  EXPECT_THAT(Fault("M1 a b 0 NM\n.model NM VDMOS(VTO=2 ZAP=1)\n" + rest), HasSubstr("zap is not supported"));
+  EXPECT_THAT(Fault("Q1 a b 0 X\n" + rest), AllOf(HasSubstr("Q1"), HasSubstr("only MOSFETs"), HasSubstr("VFWD")));
   EXPECT_THAT(Fault("T1 a 0 b 0 Z0=50\n" + rest), HasSubstr("transmission lines"));
   EXPECT_THAT(Fault("?1 a 0 1\n" + rest), HasSubstr("not known"));
   EXPECT_THAT(Fault("R1 a 0\n" + rest), AllOf(HasSubstr("a.cir:2: R1"), HasSubstr("RNAME NODE NODE VALUE")));

@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/linalg/norms.h"
+#include "core/problem/time_axis.h"
 #include "tests/support/solving.h"
 
 namespace dlcs {
@@ -269,6 +271,120 @@ TEST(CircuitProblemTest, AComparatorWithFeedbackOscillates) {
   const Solution refused = testing::SolveWith(made->problem, stepping);
   EXPECT_EQ(refused.termination, Termination::kUnsupported);
   EXPECT_THAT(refused.message, HasSubstr("history"));
+}
+
+// Six oscillators and a rectifier of eight diodes: 20 pairs, of which two at a time depend on each other.
+TEST(CircuitProblemTest, TheFirstBranchIsThatOfTheGivenVoltagesForAnyNumberOfPairs) {
+  constexpr Index kOscillators = 6;
+  std::vector<std::string> nodes = {"0"};
+  std::vector<Element> elements;
+  std::vector<NodeVoltage> given;
+  const auto add_node = [&](std::string name) {
+    nodes.push_back(std::move(name));
+    return static_cast<Index>(nodes.size()) - 1;
+  };
+  std::vector<std::string> names;  // `Part` takes pointers
+  for (Index k = 0; k < kOscillators; ++k) {
+    for (const char* what : {"B", "R1", "R2", "R3", "C"}) names.push_back(what + std::string("_") + std::to_string(k));
+  }
+  const auto name = [&](Index k, Index what) { return names[static_cast<std::size_t>(5 * k + what)].c_str(); };
+  for (Index k = 0; k < kOscillators; ++k) {
+    const Index out = add_node("out" + std::to_string(k)), p = add_node("p" + std::to_string(k)),
+                n = add_node("n" + std::to_string(k));
+    Element comparator = Part(ElementKind::kControlledVoltage, name(k, 0), out, 0, 0);
+    comparator.controls = {{.plus = p, .minus = n}};
+    comparator.transfer = PiecewiseLinear{.x = {0, 0}, .y = {-5, 5}};
+    elements.push_back(comparator);
+    elements.push_back(Resistor(name(k, 1), out, p, 1e4));
+    elements.push_back(Resistor(name(k, 2), p, 0, 1e4));
+    elements.push_back(Resistor(name(k, 3), out, n, 1e4));
+    elements.push_back(Capacitor(name(k, 4), n, 0, 1e-8));
+    given.push_back({out, k % 2 == 0 ? 5.0 : -5.0});
+  }
+  const Index source = add_node("source"), load = add_node("load");
+  elements.push_back(Source("V1", source, 0, SineWave{.offset = 0, .amplitude = 10, .frequency = 1e3}));
+  elements.push_back(Resistor("R", load, 0, 100));
+  for (const char* diode : {"D1", "D2", "D3", "D4", "D5", "D6", "D7", "D8"}) {
+    elements.push_back(Diode(diode, source, load, {.on_resistance = 1}));
+  }
+  Circuit circuit = CircuitOf(nodes, elements, 1e-4);
+  circuit.uses_initial_conditions = true;
+  circuit.node_voltages = given;
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->problem.num_constraints(), 20);
+  ASSERT_TRUE(made->problem.y0);
+  const Solution solution = SolveForEnd(made->problem);
+  ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+  // n goes towards the output until it passes half of it, after τ ln 2, and then back.
+  const double tau = 1e-4, since = 1e-4 - tau * std::log(2.0);
+  for (Index k = 0; k < kOscillators; ++k) {
+    const double v = (k % 2 == 0 ? 1 : -1) * -5 * (1 - 1.5 * std::exp(-since / tau));
+    EXPECT_NEAR(solution.x(k, 0), v, 1e-5) << k;
+  }
+  circuit.node_voltages.erase(circuit.node_voltages.begin() + 3);
+  const std::string message = MessageOf(circuit);
+  EXPECT_THAT(message, AllOf(HasSubstr("several solutions at 0, which differ in B_3:"), HasSubstr(".ic")));
+}
+
+// A switch with a snubber and an off-resistance, which its own output controls: the current of the open switch is
+// exactly 0, whatever rounding does.
+TEST(CircuitProblemTest, TheCurrentOfAnOpenSwitchDependsOnNoState) {
+  Element closing = Part(ElementKind::kSwitch, "S1", 1, 2, 0);
+  closing.switching = {.threshold = 0, .hysteresis = 0.05, .on_resistance = 0.02, .off_resistance = 1e6};
+  closing.controls = {{.plus = 3, .minus = 4}};
+  Circuit circuit = CircuitOf(
+      {"0", "in", "sw", "ref", "out", "x"},
+      {Source("V1", 1, 0, ConstantWave{12}), closing, Source("V2", 3, 0, ConstantWave{5}),
+       Diode("D1", 0, 2, {.forward = 0.5, .on_resistance = 0.02, .off_resistance = 1e6}), Capacitor("C2", 2, 5, 1e-9),
+       Resistor("R2", 5, 0, 50), Inductor("L1", 2, 4, 47e-6), Capacitor("C1", 4, 0, 1e-4), Resistor("R1", 4, 0, 5)},
+      1e-3);
+  circuit.uses_initial_conditions = true;
+  const auto made = MakeCircuitProblem(circuit);
+  ASSERT_TRUE(made.ok()) << made.status();
+  const auto& names = made->pair_names;
+  const auto forward = std::find(names.begin(), names.end(), "S1_forward") - names.begin();
+  EXPECT_TRUE(made->problem.N.Dense().row(forward).isZero(0)) << made->problem.N.Dense().row(forward);
+  const Solution solution = SolveForEnd(made->problem);
+  EXPECT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+}
+
+// The body diode of a transistor conducts while it is open. Its gate must not follow the circuit.
+TEST(CircuitProblemTest, ATransistorIsASwitchWithABodyDiode) {
+  Element transistor = Part(ElementKind::kSwitch, "M1", 2, 0, 0);
+  transistor.switching = {.threshold = 2, .on_resistance = 1, .is_transistor = true};
+  transistor.body_diode = DiodeModel{.forward = 0.7, .on_resistance = 0};
+  transistor.controls = {{.plus = 3, .minus = 0}};
+  const auto current = [&](double volts, double gate) {
+    Circuit circuit = CircuitOf({"0", "in", "d", "g"},
+                                {Source("V1", 1, 0, ConstantWave{volts}), Resistor("R1", 1, 2, 9), transistor,
+                                 Source("Vg", 3, 0, ConstantWave{gate}), Capacitor("C1", 3, 0, 1e-9)},
+                                1e-3);
+    const auto made = MakeCircuitProblem(circuit);
+    EXPECT_TRUE(made.ok()) << made.status();
+    const Solution solution = SolveForEnd(made->problem);
+    const auto& names = made->outputs.names;
+    const auto row = std::find(names.begin(), names.end(), "i(M1)") - names.begin();
+    Vector sources(made->outputs.y_factors.rows());
+    auto evaluator =
+        TimeFunctionEvaluator::Create(made->outputs.sources, sources.size(), TimeAxis{circuit.horizon, {}});
+    EXPECT_TRUE(evaluator.ok());
+    evaluator->Evaluate(TimeAxis{circuit.horizon, {}}.Nearest(1e-3), Side::kLeft, sources);
+    return made->outputs.x_factors.row(row).dot(solution.x.col(0)) +
+           made->outputs.y_factors.row(row).dot(solution.y.col(0)) + sources[row];
+  };
+  EXPECT_NEAR(current(10, 5), 1, 1e-9);
+  EXPECT_NEAR(current(10, 1), 0, 1e-9);
+  EXPECT_NEAR(current(-10, 1), -9.3 / 9, 1e-9);
+  EXPECT_NEAR(current(-5, 5), -0.5, 1e-9);
+  Circuit follower = CircuitOf({"0", "in", "s", "g"},
+                               {Source("V1", 1, 0, ConstantWave{10}), Source("Vg", 3, 0, ConstantWave{5}), transistor,
+                                Resistor("R1", 2, 0, 9), Capacitor("C1", 2, 0, 1e-6)},
+                               1e-3);
+  follower.elements[2].plus = 1;
+  follower.elements[2].minus = 2;
+  follower.elements[2].controls = {{.plus = 3, .minus = 2}};
+  EXPECT_THAT(MessageOf(follower), AllOf(HasSubstr("M1: its gate voltage depends on C1"), HasSubstr("amplifier")));
 }
 
 // An amplifier with a gain of 1000 that saturates, with feedback: -10 times its input, but at most 5 V.
