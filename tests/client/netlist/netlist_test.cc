@@ -100,7 +100,7 @@ TEST(NetlistTest, CoupledInductorsConserveFlux) {
 class PowerBalance : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(PowerBalance, IsZero) {
-  const std::string path = ProjectPath(fmt::format("tests/client/netlist/decks/{}.cir", GetParam()));
+  const std::string path = ProjectPath(fmt::format("deploy/examples/circuits/{}.cir", GetParam()));
   std::ifstream file(path);
   std::string deck, line;
   std::vector<std::array<std::string, 3>> elements;
@@ -150,7 +150,7 @@ INSTANTIATE_TEST_SUITE_P(Decks, PowerBalance,
                          });
 
 TEST(NetlistTest, TheProblemFileHasTheSameSolutionAndOutputs) {
-  const std::string path = ProjectPath("tests/client/netlist/decks/buck.cir");
+  const std::string path = ProjectPath("deploy/examples/circuits/buck.cir");
   const ProgramOutcome file = RunDlcs("netlist " + path);
   ASSERT_EQ(file.code, 0) << file.err;
   EXPECT_THAT(file.err, HasSubstr("a diode with a forward voltage of 0.5 V and 0.01 ohm"));
@@ -168,7 +168,7 @@ TEST(NetlistTest, TheProblemFileHasTheSameSolutionAndOutputs) {
 }
 
 TEST(NetlistTest, OutputsAreColumnsOfTheTable) {
-  const std::string path = ProjectPath("tests/client/netlist/decks/half-wave.cir");
+  const std::string path = ProjectPath("deploy/examples/circuits/half-wave.cir");
   const ProgramOutcome table = RunDlcs("solve " + path + " --at 0.01,0.02 --quiet");
   EXPECT_THAT(table.out, AllOf(HasSubstr("v(out)"), HasSubstr("i(D1)"), Not(HasSubstr("w(D1)"))));
   EXPECT_THAT(table.out, HasSubstr("switch                D1"));
@@ -187,7 +187,7 @@ TEST(NetlistTest, ASwitchAtTheLimitOfItsCurrentIsNoSuccess) {
 }
 
 TEST(NetlistTest, ATableHasAllItsRows) {
-  const ProgramOutcome outcome = RunDlcs("solve " + ProjectPath("tests/client/netlist/decks/buck.cir") + " --quiet");
+  const ProgramOutcome outcome = RunDlcs("solve " + ProjectPath("deploy/examples/circuits/buck.cir") + " --quiet");
   for (const char* time :
        {"4e-05", "8e-05", "0.00012", "0.00016", "0.0002", "0.00024", "0.00028", "0.00032", "0.00036"}) {
     EXPECT_THAT(outcome.out, HasSubstr(std::string(time) + " "));
@@ -217,6 +217,85 @@ TEST(NetlistTest, AStepIsAnEnsembleOfItsPoints) {
   EXPECT_THAT(solve.err, HasSubstr("dlcs ensemble"));
   EXPECT_THAT(RunDlcs("ensemble " + ProjectPath("deploy/examples/rectifier.json")).err,
               HasSubstr("MEMBERS is missing"));
+}
+
+double MeasuredIn(const nlohmann::json& result, const std::string& name) {
+  for (const auto& one : result["summary"]["measurements"]) {
+    if (one["name"] == name) return one["value"].get<double>();
+  }
+  return std::nan("");
+}
+
+// Off-resistances beside inductors are states of 1e-10 s, and leak some 1e-5 A.
+TEST(NetlistTest, OffResistancesChangeWhatTheyLeakAlone) {
+  const auto boost = [](const std::string& off) {
+    return Solved(
+        "Vin in 0 12\nL1 in sw 100u IC=0\nS1 sw 0 g 0 SW1\nD1 sw out DM\nC1 out 0 47u IC=12\nR1 out 0 28.8\n"
+        "Vg g 0 PULSE(0 1 0 10n 10n 5u 10u)\n.model SW1 SW(VT=0.5 VH=0.1 RON=10m " +
+            off + ")\n.model DM D(VFWD=0.7 RON=0.05 " + off +
+            ")\n.tran 0.1u 2m uic\n.print v(out)\n"
+            ".meas tran mean AVG V(out) FROM=1.9m\n",
+        "");
+  };
+  const auto leaks = boost("ROFF=1meg"), ideal = boost("");
+  EXPECT_EQ(leaks["summary"]["cost"]["coupled_steps"], 0);
+  EXPECT_EQ(leaks["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  EXPECT_NEAR(MeasuredIn(leaks, "mean") / MeasuredIn(ideal, "mean"), 1, 1e-4);
+}
+
+// Sine-triangle modulation of 0.8 makes a fundamental of 0.8 · 400 V, and a ripple that adds little to the root.
+TEST(NetlistTest, AnInverterWithOffResistancesMakesItsFundamental) {
+  const auto result = Solved(
+      ".param m=0.8 fs=5k\nVdc p 0 400\nVsin s 0 SIN(0 {m} 50)\n"
+      "Vtri t 0 PULSE(-1 1 0 {0.5/fs} {0.5/fs} 1n {1/fs})\n"
+      "S1 p a s t SW1\nS2 a 0 t s SW1\nS3 p b t s SW1\nS4 b 0 s t SW1\nD1 a p DD\nD2 0 a DD\nD3 b p DD\nD4 0 b DD\n"
+      "L1 a c 5m\nR1 c b 10\n.model SW1 SW(Ron=10m Roff=1Meg Vt=0 Vh=10m)\n"
+      ".model DD D(Ron=10m Roff=1Meg Vfwd=0)\n.tran 0 40m 0 1u\n.save I(L1)\n.four 50 I(L1)\n"
+      ".meas tran irms RMS I(L1) FROM=20m TO=40m\n",
+      "");
+  EXPECT_EQ(result["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  const double ohms = std::hypot(10, 2 * std::numbers::pi * 50 * 5e-3);
+  EXPECT_NEAR(MeasuredIn(result, "irms"), 0.8 * 400 / std::sqrt(2.0) / ohms, 0.1);
+}
+
+// A discharge switch with a hysteresis of 3 and 6 V, as a timer has it.
+TEST(NetlistTest, ATimerOscillatesWithItsPeriod) {
+  const auto result = Solved(
+      "V1 vcc 0 9\nR1 vcc n 10k\nR2 n c 10k\nC1 c 0 10n\nS1 n 0 c 0 SH off\n.model SH SW(Ron=10 Vt=4.5 Vh=1.5)\n"
+      ".ic V(c)=0\n.tran 0 2m 0 1u uic\n.meas tran per TRIG V(c)=4.5 RISE=2 TARG V(c)=4.5 RISE=3\n"
+      ".meas tran f PARAM 1/per\n",
+      "--tolerance 1e-9");
+  const double low = 9 * 10 / 10010.0, ohms = 1e4 + 10 * 1e4 / 10010.0;
+  const double period = 2e-4 * std::numbers::ln2 + ohms * 1e-8 * std::log((6 - low) / (3 - low));
+  EXPECT_NEAR(MeasuredIn(result, "per"), period, 1e-12);
+  EXPECT_NEAR(MeasuredIn(result, "f") * period, 1, 1e-8);
+}
+
+// With a stray inductance in series the magnetizing current follows from a diode unless the secondary is the port.
+TEST(NetlistTest, AnIdealTransformerBehindAStrayInductanceIsTheLimitOfCoupledCoils) {
+  const auto flyback = [](const char* coupling) {
+    return Solved(fmt::format("Vin in 0 DC 48\nL1 in d 200u\nL2 0 s 50u\nK1 L1 L2 {}\nLlk d d2 2u\nS1 d2 0 g 0 SW\n"
+                              "D2 d2 cl DX\nCcl cl in 10n\nRcl cl in 5k\nD1 s out DX\nC1 out 0 220u IC=12\n"
+                              "R1 out 0 10\nVg g 0 PULSE(0 5 0 10ns 10ns 3us 10us)\n"
+                              ".model SW SW(RON=0.05 ROFF=1MEG VT=2.5)\n.model DX D(RON=0.02 VFWD=0.7 ROFF=10MEG)\n"
+                              ".tran 10n 45u UIC\n.print tran v(out)\n",
+                              coupling),
+                  "--tolerance 1e-7 --at 45e-6");
+  };
+  EXPECT_NEAR(Last(flyback("1"), "v(out)"), Last(flyback("0.999999999"), "v(out)"), 1e-6);
+}
+
+TEST(NetlistTest, ReadsADeckOfLtspice) {
+  const auto result = Solved(
+      "V1 IN 0 24\nS1 N001 IN N002 0 MYSW\nV2 N002 0 PULSE(0 1 0 1n 1n 5u 10u) AC 1\nD1 0 N001 D1N\n"
+      "L1 N001 OUT 47\xb5 Rser=10m\nC1 OUT 0 100\xb5 Rser=5m V=35 Irms=2\nR1 OUT 0 6 tol=1 ; load\n"
+      "* comment\n.model MYSW SW(Ron=.01 Roff=1Meg\n+ Vt=.5 Vh=0) $ more\n.model D1N D(Ron=.1 Roff=1Meg Vfwd=.7)\n"
+      ".tran 0 6m 0\n.meas TRAN Pout AVG V(out)*I(R1) FROM 5.9m TO 6m\n"
+      ".meas TRAN Pin AVG -V(IN)*I(V1) FROM 5.9m TO 6m\n.meas TRAN eff PARAM Pout/Pin*100\n.backanno\n",
+      "");
+  EXPECT_EQ(result["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  EXPECT_GT(MeasuredIn(result, "eff"), 85);
+  EXPECT_LT(MeasuredIn(result, "eff"), 100);
 }
 
 TEST(NetlistTest, SaysWhyACircuitHasNoSolution) {
