@@ -38,7 +38,8 @@ class Lemke {
 
   // The same from the solution of `basis` for another q: the path of w - M y - d z₀ = q in which d is 1 for what the
   // basis violates, y_i in it or w_i off it, and `others` >= 0 for the others. kRay if the basis is singular.
-  // Where M is of no class, a path that ends in a ray by one rule for ties, or one d, may lead to a solution by another.
+  // Where M is of no class, a path that ends in a ray by one rule for ties, or by one d, may lead to a solution by
+  // another.
   LemkeEnd Follow(const ScaledLcp& lcp, double zero, double others, LemkeTies rule, Basis& basis);
 
   // The y-part of the secondary ray, scaled. For copositive-plus M it proves that there is no solution.
