@@ -28,7 +28,8 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
   if (name == "pulse") {
     if (values.size() < 2) return too_few(2);
     if (values.size() == 8 && values[7] != 0) {
-      return DeckError(fields.Place(begin), "the number of pulses of PULSE is not supported; without it they never end");
+      return DeckError(fields.Place(begin),
+                       "the number of pulses of PULSE is not supported; without it they never end");
     }
     if (values.size() > 8) return too_many(8);
     PulseWave wave{.low = values[0],
