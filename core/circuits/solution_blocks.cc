@@ -67,6 +67,7 @@ class ScaledFactors {
     factors_.compute(scaled * column_.asDiagonal());
   }
   bool is_regular() const { return factors_.isInvertible(); }
+  Index rank() const { return factors_.rank(); }
   Matrix Solve(const Matrix& right) const {
     return column_.asDiagonal() * factors_.solve(Matrix(row_.asDiagonal() * right));
   }
@@ -313,7 +314,39 @@ class BlockSearch {
       const bool is_rounding = (one.y[i] * M_.col(i).cwiseAbs().array() <= size.array()).all();
       if (!one.basis[AsSize(i)] || (is_rounding && !M_.col(i).isZero(0))) one.y[i] = 0;
     }
+    MakeRegular(one);
   }
+
+  // A basis with a nonsingular M where ties allow one: of an open switch the voltage alone is positive, and its row is
+  // zero; its current, which is zero, belongs to the basis too.
+  void MakeRegular(BlockSolution& one) const {
+    for (const Indices& block : blocks_) {
+      Indices basis, ties;
+      for (const Index i : block) {
+        if (one.y[i] > 0) basis.push_back(i);
+        if (one.y[i] == 0 && one.w[i] == 0) ties.push_back(i);
+      }
+      Index rank = RankOf(basis);
+      for (bool grows = true; grows && rank < static_cast<Index>(basis.size());) {
+        grows = false;
+        for (std::size_t k = 0; k < ties.size() && !grows; ++k) {
+          Indices larger = basis;
+          larger.push_back(ties[k]);
+          const Index more = RankOf(larger);
+          if (more < rank + 2) continue;
+          basis = std::move(larger);
+          rank = more;
+          ties.erase(ties.begin() + static_cast<std::ptrdiff_t>(k));
+          grows = true;
+        }
+      }
+      if (rank < static_cast<Index>(basis.size())) continue;
+      for (const Index i : block) one.basis[AsSize(i)] = 0;
+      for (const Index i : basis) one.basis[AsSize(i)] = 1;
+    }
+  }
+
+  Index RankOf(const Indices& basis) const { return basis.empty() ? 0 : ScaledFactors(M_(basis, basis)).rank(); }
 
   const Matrix& M_;
   const Vector& q_;

@@ -12,7 +12,8 @@
 
 namespace dlcs {
 
-// A solution of 0 <= y ⟂ w = q + M y >= 0. Entries that are zero but for rounding are zero.
+// A solution of 0 <= y ⟂ w = q + M y >= 0. Entries that are zero but for rounding are zero. M is nonsingular in the
+// basis if there is such a basis.
 struct BlockSolution {
   Vector y, w;
   Basis basis;
