@@ -120,7 +120,7 @@ std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K
   if (selection == Selection::kUnique || selection == Selection::kAny) {
     return MakeLcpSolver(coupled, TestPMatrix(coupled).yes() ? Selection::kUnique : Selection::kAny);
   }
-  if (selection == Selection::kHistory) return std::make_unique<HistorySolver>(coupled);
+  if (selection == Selection::kHistory) return std::make_unique<HistorySolver>(M, K);
   const bool convex = coupled.allFinite() && TestPositiveSemidefinite(coupled).yes();
   const Selection fallback = convex && selection == Selection::kLeastNorm ? Selection::kLeastNorm : Selection::kAny;
   return std::make_unique<CoupledSelectionSolver>(M, K, MakeLcpSolver(M, choice), MakeLcpSolver(coupled, fallback));

@@ -1,16 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/dense/history_solver.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "core/lcp/dense/basic_solutions.h"
+#include "core/linalg/balance.h"
 #include "core/matrix_classes/matrix_class.h"
 
 namespace dlcs {
 
 HistorySolver::HistorySolver(const Matrix& M) : lcp_(M), point_(lcp_, Elimination::kPivoting), lemke_(M.rows()) {}
+
+HistorySolver::HistorySolver(const Matrix& M, const Matrix& K) : HistorySolver(M + K) {
+  std::vector<std::vector<Index>> blocks = StronglyConnected(M);
+  if (blocks.size() < 2) return;
+  blocks_ = std::move(blocks);
+  for (const std::vector<Index>& block : blocks_) of_blocks_.emplace_back(Matrix(lcp_.M()(block, block)));
+}
 
 LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                Basis& basis, Eigen::Ref<Vector> y) {
@@ -27,6 +38,13 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
     return LcpStatus::kSolved;
   }
   start_ = basis;
+  if (!blocks_.empty()) {
+    if (SolveBlocks(basis) && is_solution() && !IsBetween(basis)) {
+      point_.Write(lcp_, y);
+      return LcpStatus::kSolved;
+    }
+    basis = start_;
+  }
   LemkeEnd end = LemkeEnd::kRay;
   const auto follow = [&](double others) {
     // The tableau may drift, so its basis is checked afresh.
@@ -35,7 +53,7 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
         basis = start_;
         end = lemke_.Follow(lcp_, zero, others, rule, basis);
         pivots_ += lemke_.pivots();
-        if (end == LemkeEnd::kBasis && is_solution()) return true;
+        if (end == LemkeEnd::kBasis && is_solution() && !IsBetween(basis)) return true;
       }
     }
     return false;
@@ -46,6 +64,40 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
   }
   message_ = "the path from the solution before does not end in another one";
   return end == LemkeEnd::kPivotLimit ? LcpStatus::kPivotLimit : LcpStatus::kRay;
+}
+
+// What K couples to blocks that are not solved yet is left out.
+bool HistorySolver::SolveBlocks(Basis& basis) {
+  Vector y = Vector::Zero(lcp_.size());
+  for (std::size_t b = blocks_.size(); b-- > 0;) {
+    const std::vector<Index>& block = blocks_[b];
+    Basis part(block.size());
+    for (std::size_t k = 0; k < block.size(); ++k) part[k] = basis[static_cast<std::size_t>(block[k])];
+    const Matrix rows = lcp_.M()(block, Eigen::all);
+    Vector of_block(static_cast<Index>(block.size()));
+    const LcpStatus verdict = of_blocks_[b].Solve(lcp_.q(block) + rows * y, lcp_.tolerance(block), part, of_block);
+    pivots_ += of_blocks_[b].pivots_;
+    if (verdict != LcpStatus::kSolved) return false;
+    y(block) = of_block;
+    for (std::size_t k = 0; k < block.size(); ++k) basis[static_cast<std::size_t>(block[k])] = part[k];
+  }
+  return true;
+}
+
+// Along a path the determinant keeps its sign; between two folds it has the other one. A path that meets ties, as of
+// two comparators that turn at once, may end there.
+bool HistorySolver::IsBetween(const Basis& basis) const { return SignOf(start_) * SignOf(basis) < 0; }
+
+// Of the determinant of M in the basis; 0 if it is singular.
+int HistorySolver::SignOf(const Basis& basis) const {
+  std::vector<Index> set;
+  for (std::size_t i = 0; i < basis.size(); ++i) {
+    if (basis[i]) set.push_back(static_cast<Index>(i));
+  }
+  if (set.empty()) return 1;
+  const Eigen::FullPivLU<Matrix> factors(Matrix(lcp_.M()(set, set)));
+  if (!factors.isInvertible()) return 0;
+  return factors.determinant() < 0 ? -1 : 1;
 }
 
 // Beyond a fold there is one solution as a rule, whatever the path to it.

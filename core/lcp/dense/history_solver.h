@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/lcp/basis/basis_point.h"
 #include "core/lcp/dense/lemke.h"
@@ -18,12 +19,18 @@ namespace dlcs {
 // solution before ends in a fold, the path turns there, runs back along the solutions between, and turns again into the
 // branch beyond: so a comparator with hysteresis goes from one output to the other, and never rests in the middle.
 //
-// Where the path does not end in a solution, small problems are searched for all: if there is one alone it is taken.
-// Otherwise all of y_S and w off S are raised a little, or as much as what is violated: a path inside of the cone of
-// the guess does not meet the ties on its boundary. kRay where none of them ends in a solution.
+// Pairs that depend on each other, a strongly connected component of the graph of M, are a block. First each block
+// follows its own path, given those before it: of two comparators that turn at the same time none waits for the other.
+//
+// Where the path does not end in a solution, or ends between two folds, small problems are searched for all: if there
+// is one alone it is taken. Otherwise all of y_S and w off S are raised a little, or as much as what is violated: a
+// path inside of the cone of the guess does not meet the ties on its boundary. kRay where none of them ends in a
+// solution.
 class HistorySolver final : public LcpSolver {
  public:
   explicit HistorySolver(const Matrix& M);
+  // Of LCP(q, M + K), where K is small beside M: the blocks are those of M.
+  HistorySolver(const Matrix& M, const Matrix& K);
 
   LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                   Eigen::Ref<Vector> y) override;
@@ -31,11 +38,16 @@ class HistorySolver final : public LcpSolver {
   std::unique_ptr<LcpSolver> Clone() const override { return std::make_unique<HistorySolver>(*this); }
 
  private:
+  bool SolveBlocks(Basis& basis);
+  bool IsBetween(const Basis& basis) const;
+  int SignOf(const Basis& basis) const;
   bool IsOnlyOne(Basis& basis);
 
   ScaledLcp lcp_;
   BasisPoint point_;
   Lemke lemke_;
+  std::vector<std::vector<Index>> blocks_;  // empty if there is one
+  std::vector<HistorySolver> of_blocks_;
   Basis start_;
   Index pivots_ = 0;
   std::string message_;

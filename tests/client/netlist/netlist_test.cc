@@ -285,6 +285,21 @@ TEST(NetlistTest, AnIdealTransformerBehindAStrayInductanceIsTheLimitOfCoupledCoi
   EXPECT_NEAR(Last(flyback("1"), "v(out)"), Last(flyback("0.999999999"), "v(out)"), 1e-6);
 }
 
+// Hysteretic current control of a full bridge: a comparator with feedback drives four switches, 22 pairs. The current
+// stays within half the band, 0.35 A, of its reference.
+TEST(NetlistTest, AComparatorWithHysteresisControlsTheCurrentOfABridge) {
+  const auto result = Solved(
+      "Vdc p 0 100\nVref r 0 SIN(0 5 200)\nH1 m 0 VS 1\nBq g 0 V = V(r,m)+0.14*V(g)-0.35 > 0 ? 5 : 0\n"
+      "Eq q 0 VALUE {5-V(g)}\nS1 p a g 0 SWG\nS2 a 0 q 0 SWG\nS3 p b q 0 SWG\nS4 b 0 g 0 SWG\n"
+      "D1 a p DX\nD2 0 a DX\nD3 b p DX\nD4 0 b DX\nVS a c 0\nL1 c d 2m\nR1 d b 5\n"
+      ".model SWG SW(RON=0.02 ROFF=1MEG VT=2.5)\n.model DX D(RON=0.02 VFWD=0.5 ROFF=1MEG)\n.tran 1u 5m uic\n"
+      ".ic V(g)=0\n.print tran i(L1)\n.meas tran off MAX V(r,m) FROM=0.5m\n.meas tran below MIN V(r,m) FROM=0.5m\n",
+      "--tolerance 1e-7");
+  EXPECT_EQ(result["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  EXPECT_NEAR(MeasuredIn(result, "off"), 0.35, 1e-5);
+  EXPECT_NEAR(MeasuredIn(result, "below"), -0.35, 1e-5);
+}
+
 TEST(NetlistTest, ReadsADeckOfLtspice) {
   const auto result = Solved(
       "V1 IN 0 24\nS1 N001 IN N002 0 MYSW\nV2 N002 0 PULSE(0 1 0 1n 1n 5u 10u) AC 1\nD1 0 N001 D1N\n"

@@ -52,6 +52,26 @@ TEST(HistorySolverTest, AFlipFlopKeepsItsBit) {
   EXPECT_EQ(bit(0, 0), std::pair(1.0, 0.0));
 }
 
+// Eight comparators with the same input turn at once, and through a small K all depend on each other.
+TEST(HistorySolverTest, ComparatorsThatTurnAtTheSameTimeDoNotWaitForEachOther) {
+  constexpr Index kCount = 8;
+  Matrix M = Matrix::Zero(2 * kCount, 2 * kCount);
+  Vector of_c = Vector::Zero(2 * kCount), constant = of_c;
+  for (Index k = 0; k < 2 * kCount; k += 2) {
+    M.block(k, k, 2, 2) << -2 * kHysteresis, 1, -1, 0;
+    of_c[k] = -1;
+    constant[k + 1] = 1;
+  }
+  HistorySolver solver(M, Matrix::Constant(2 * kCount, 2 * kCount, 1e-9));
+  Basis basis(static_cast<std::size_t>(2 * kCount), 0);
+  Vector y(2 * kCount);
+  for (const double c : {-1.0, 1e-4, -0.4, -0.6, 2.0}) {
+    ASSERT_EQ(solver.Solve(of_c * c + constant, Vector::Zero(2 * kCount), basis, y), LcpStatus::kSolved);
+    const bool is_high = c > -0.5 && c != -1;
+    for (Index k = 0; k < 2 * kCount; k += 2) EXPECT_NEAR(y[k], is_high ? 1 : 0, 1e-6) << c;
+  }
+}
+
 TEST(HistorySolverTest, SaysWhereThePathDoesNotEnd) {
   HistorySolver solver(Matrix::Constant(1, 1, -1));
   Basis basis = {0};
