@@ -60,6 +60,7 @@ std::vector<Index> PossibleStarts(const std::vector<BlockSolution>& solutions, c
       return static_cast<double>(sum);
     };
   };
+  KeepLeast([&](Index solution) { return solutions[AsSize(solution)].is_between ? 1.0 : 0.0; }, among);
   KeepLeast(count([&](Index solution, Index c) { return gate(solution, c) > 1e-9 && gate(solution, c) < 1 - 1e-9; }),
             among);
   KeepLeast(

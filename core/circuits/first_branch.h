@@ -20,10 +20,10 @@ struct BranchVoltages {
   Vector constant;
 };
 
-// Those of `solutions` that the circuit may start with. Comparators with feedback have several: solutions in which a
-// gate is neither open nor closed are left out where there are others, then those farther than others from the given
-// node voltages, then those in which a switch is not as it starts. Of those that are joined by a line of solutions with
-// the same voltages the first.
+// Those of `solutions` that the circuit may start with. Comparators with feedback have several: solutions between two
+// folds, and those in which a gate is neither open nor closed, are left out where there are others, then those farther
+// than others from the given node voltages, then those in which a switch is not as it starts. Of those that are joined
+// by a line of solutions with the same voltages the first.
 std::vector<Index> PossibleStarts(const std::vector<BlockSolution>& solutions, const BranchVoltages& voltages,
                                   const Circuit& circuit, const CircuitBranches& graph);
 

@@ -68,6 +68,7 @@ class ScaledFactors {
   }
   bool is_regular() const { return factors_.isInvertible(); }
   Index rank() const { return factors_.rank(); }
+  double determinant() const { return factors_.determinant(); }  // its sign is that of the matrix
   Matrix Solve(const Matrix& right) const {
     return column_.asDiagonal() * factors_.solve(Matrix(row_.asDiagonal() * right));
   }
@@ -219,7 +220,7 @@ class BlockSearch {
     blocks_ = StronglyConnected(M_);
     FindNeeds();
     BlockSolutions found;
-    std::vector<BlockSolution> partial = {{Vector::Zero(q_.size()), Vector(), Basis(AsSize(q_.size()), 0)}};
+    std::vector<BlockSolution> partial = {{Vector::Zero(q_.size()), Vector(), Basis(AsSize(q_.size()), 0), false}};
     for (std::size_t b = blocks_.size(); b-- > 0;) {
       const Indices& block = blocks_[b];
       std::vector<BlockSolution> extended;
@@ -343,6 +344,7 @@ class BlockSearch {
       if (rank < static_cast<Index>(basis.size())) continue;
       for (const Index i : block) one.basis[AsSize(i)] = 0;
       for (const Index i : basis) one.basis[AsSize(i)] = 1;
+      if (!basis.empty() && ScaledFactors(M_(basis, basis)).determinant() < 0) one.is_between = true;
     }
   }
 
