@@ -2,6 +2,7 @@
 
 #include "core/event_driven/mode_search.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,6 +30,15 @@ std::vector<Index> ActiveIn(const Basis& basis) {
     if (basis[i]) active.push_back(static_cast<Index>(i));
   }
   return active;
+}
+
+// Of M in a basis; 0 if it is singular.
+int SignOfDeterminant(const Matrix& M, const Basis& basis) {
+  const std::vector<Index> active = ActiveIn(basis);
+  if (active.empty()) return 1;
+  const Eigen::FullPivLU<Matrix> factors(Matrix(M(active, active)));
+  if (!factors.isInvertible()) return 0;
+  return factors.determinant() < 0 ? -1 : 1;
 }
 
 // One where the four lowest derivatives of state i may depend on state j, else zero. What is farther away is smaller
@@ -132,7 +142,11 @@ void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
   std::fill(basis_.begin(), basis_.end(), 0);
   for (const Index i : mode.active) basis_[i] = 1;
   basis_[guard] ^= 1;
-  if (!history_.empty()) guess_ = basis_;
+  if (history_.empty()) return;
+  // At a fold the set with this guard is that between the folds, and a solution too.
+  const Matrix& M = problem_.M.Dense();
+  guess_.clear();
+  if (SignOfDeterminant(M, basis_) * SignOfDeterminant(M, history_) >= 0) guess_ = basis_;
 }
 
 void ModeSearch::Lasted(const Mode& mode) {
