@@ -25,6 +25,7 @@ constexpr std::size_t kMaxChoices = 6561;
 struct PartSolution {
   Vector y;
   Basis basis;
+  bool is_between = false;
 };
 struct PartSolutions {
   std::vector<PartSolution> all;
@@ -78,6 +79,33 @@ class ScaledFactors {
   Vector row_, column_;
   Eigen::FullPivLU<Matrix> factors_;
 };
+
+// Of the determinant of M in a basis; 0 if it is singular.
+int SignIn(const Matrix& M, const Basis& basis) {
+  Indices set;
+  for (std::size_t k = 0; k < basis.size(); ++k) {
+    if (basis[k]) set.push_back(static_cast<Index>(k));
+  }
+  if (set.empty()) return 1;
+  const ScaledFactors factors(M(set, set));
+  return !factors.is_regular() ? 0 : factors.determinant() < 0 ? -1 : 1;
+}
+
+// The signs of all solutions add up to the degree of the problem, the same for every q. Solutions that a fold makes or
+// removes in twos have both signs: between two folds it is not that of the degree.
+void MarkBetween(const Matrix& M, std::vector<PartSolution>& all) {
+  if (all.size() < 2) return;
+  std::vector<int> signs;
+  int degree = 0;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    signs.push_back(SignIn(M, all[k].basis));
+    const bool is_new = std::none_of(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(k), [&](const auto& other) {
+      return (other.y - all[k].y).cwiseAbs().maxCoeff() <= 1e-9 * all[k].y.cwiseAbs().maxCoeff();
+    });
+    if (is_new) degree += signs.back();
+  }
+  for (std::size_t k = 0; k < all.size(); ++k) all[k].is_between = signs[k] * degree < 0;
+}
 
 // The solutions of one block of no class.
 class ClampTrials {
@@ -225,7 +253,8 @@ class BlockSearch {
       const Indices& block = blocks_[b];
       std::vector<BlockSolution> extended;
       for (const BlockSolution& before : partial) {
-        const PartSolutions part = SolveBlock(b, before.y);
+        PartSolutions part = SolveBlock(b, before.y);
+        MarkBetween(M_(block, block), part.all);
         if (!part.is_decided || extended.size() + part.all.size() > kMaxChoices) {
           found.undecided = block;
           if (part.open_row >= NumNeeds(b)) found.open_row = part.open_row - NumNeeds(b);
@@ -234,6 +263,7 @@ class BlockSearch {
         for (const PartSolution& one : part.all) {
           BlockSolution more = before;
           more.y(block) = one.y;
+          more.is_between = more.is_between || one.is_between;
           for (std::size_t k = 0; k < block.size(); ++k) more.basis[AsSize(block[k])] = one.basis[k];
           extended.push_back(std::move(more));
         }
@@ -344,7 +374,6 @@ class BlockSearch {
       if (rank < static_cast<Index>(basis.size())) continue;
       for (const Index i : block) one.basis[AsSize(i)] = 0;
       for (const Index i : basis) one.basis[AsSize(i)] = 1;
-      if (!basis.empty() && ScaledFactors(M_(basis, basis)).determinant() < 0) one.is_between = true;
     }
   }
 

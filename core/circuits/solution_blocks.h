@@ -17,7 +17,7 @@ namespace dlcs {
 struct BlockSolution {
   Vector y, w;
   Basis basis;
-  bool is_between = false;  // between two folds: the determinant of M in the basis of some block is negative
+  bool is_between = false;  // between two folds, in some block
 };
 
 struct BlockSolutions {
