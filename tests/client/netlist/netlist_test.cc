@@ -285,6 +285,15 @@ TEST(NetlistTest, AnIdealTransformerBehindAStrayInductanceIsTheLimitOfCoupledCoi
   EXPECT_NEAR(Last(flyback("1"), "v(out)"), Last(flyback("0.999999999"), "v(out)"), 1e-6);
 }
 
+// Saturated at 5 V; between the folds its determinant is positive, and beyond them negative. Half a period is R C ln 3.
+TEST(NetlistTest, AnAmplifierWithPositiveFeedbackStartsSaturated) {
+  const auto result = Solved(
+      "E1 out 0 TABLE {V(p,n)} = (-1u,-5) (1u,5)\nR1 out p 10k\nR2 p 0 10k\nR3 out n 10k\nC1 n 0 10n IC=0\n"
+      ".ic V(out)=5\n.tran 1u 1m uic\n.meas tran half TRIG V(out) VAL=0 FALL=1 TARG V(out) VAL=0 RISE=1\n",
+      "--tolerance 1e-9");
+  EXPECT_NEAR(MeasuredIn(result, "half"), 1e-4 * std::log(3.0), 1e-9);
+}
+
 // Hysteretic current control of a full bridge: a comparator with feedback drives four switches, 22 pairs. The current
 // stays within half the band, 0.35 A, of its reference.
 TEST(NetlistTest, AComparatorWithHysteresisControlsTheCurrentOfABridge) {
