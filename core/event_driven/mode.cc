@@ -21,6 +21,7 @@ namespace {
 
 // Below this reciprocal condition number a matrix does not determine y.
 constexpr double kSingular = 1e-12;
+
 double PowerOfTwo(double size) { return size > 0 && std::isfinite(size) ? std::ldexp(1.0, std::ilogb(size)) : 1.0; }
 
 // Powers of two that make the largest entries of the rows and columns of rows · matrix · columns nearly one: rows and
