@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cli/output/atomic_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -36,7 +37,14 @@ absl::StatusOr<std::unique_ptr<AtomicFile>> AtomicFile::Create(const std::string
   // A link is kept: its target is replaced.
   std::filesystem::path target = path;
   if (std::filesystem::is_symlink(target, ignored)) target = std::filesystem::weakly_canonical(target, ignored);
-  if (std::filesystem::is_directory(target, ignored)) return CannotWrite(path, EISDIR);
+  const std::filesystem::file_status status = std::filesystem::status(path, ignored);
+  if (std::filesystem::is_directory(status)) return CannotWrite(path, EISDIR);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    // A pipe or a device: there is nothing to keep, and a file must not take its place.
+    const int descriptor = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor < 0) return CannotWrite(path, errno);
+    return std::unique_ptr<AtomicFile>(new AtomicFile(path, "", fdopen(descriptor, "wb")));
+  }
   std::string temporary = target.string() + ".XXXXXX";
   const int descriptor = mkstemp(temporary.data());
   if (descriptor < 0) return CannotWrite(path, errno);
@@ -56,17 +64,17 @@ absl::Status AtomicFile::Commit() {
   const absl::Status written = FlushStream(stream_, path_);
   if (!written.ok()) return written;
   // Without this a power cut may leave an empty file with the new name.
-  const bool synced = fsync(fileno(stream_)) == 0;
+  const bool synced = is_direct() || fsync(fileno(stream_)) == 0;
   const bool closed = std::fclose(std::exchange(stream_, nullptr)) == 0;
-  if (!synced || !closed || rename(temporary_.c_str(), path_.c_str()) != 0) {
+  if (!synced || !closed || (!is_direct() && rename(temporary_.c_str(), path_.c_str()) != 0)) {
     return absl::InternalError(fmt::format("cannot write {}: {}", path_, std::strerror(errno)));
   }
-  temporary_.clear();
+  temporary_.clear();  // it is there no more
   return absl::OkStatus();
 }
 
 absl::Status AtomicFile::CommitPartial() {
-  path_ += ".partial";
+  if (!is_direct()) path_ += ".partial";
   return Commit();
 }
 

@@ -15,11 +15,12 @@
 namespace dlcs::client {
 
 // Writes to a temporary file in the same folder, and renames it in one step. An existing file is kept until then. An
-// object that is destroyed without Commit() leaves no file.
+// object that is destroyed without Commit() leaves no file. What exists and is no regular file (a pipe, a device) stays
+// what it is, and is written to directly, as it comes.
 class AtomicFile {
  public:
-  // Errors: InvalidArgument if no file can be created at `path` (no such folder, no permission, a folder). Call it
-  // before long work, so that the result is not lost.
+  // Errors: InvalidArgument if no file can be created at `path` (no such folder, no permission, a folder). Blocks until
+  // a named pipe has a reader. Call it before long work, so that the result is not lost.
   static absl::StatusOr<std::unique_ptr<AtomicFile>> Create(const std::string& path);
   ~AtomicFile();
 
@@ -37,8 +38,10 @@ class AtomicFile {
  private:
   AtomicFile(std::string path, std::string temporary, std::FILE* stream);
 
+  bool is_direct() const { return temporary_.empty(); }
+
   std::string path_;
-  std::string temporary_;  // empty once committed
+  std::string temporary_;  // empty once committed, and of what is written to directly
   std::FILE* stream_;      // null once committed
 };
 

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cli/output/atomic_file.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <thread>
 
 namespace dlcs::client {
 namespace {
@@ -58,6 +63,45 @@ TEST_F(AtomicFileTest, ReplacesTheTargetOfALink) {
   EXPECT_TRUE((*file)->Commit().ok());
   EXPECT_TRUE(fs::is_symlink(Path("link")));
   EXPECT_EQ(Content("target"), "new");
+}
+
+TEST_F(AtomicFileTest, WritesIntoAPipeAndLeavesIt) {
+  for (const bool whole : {true, false}) {
+    const std::string pipe = Path(whole ? "pipe" : "other");
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    fs::create_symlink(fs::path(pipe).filename(), pipe + ".link");
+    std::string read;
+    std::thread reader([&] {
+      std::ifstream stream(pipe);
+      read.assign(std::istreambuf_iterator<char>(stream), {});
+    });
+    {
+      auto file = AtomicFile::Create(pipe + ".link");
+      ASSERT_TRUE(file.ok()) << file.status();
+      std::fputs("new", (*file)->stream());
+      EXPECT_TRUE((whole ? (*file)->Commit() : (*file)->CommitPartial()).ok());
+    }
+    reader.join();
+    EXPECT_EQ(read, "new");
+    EXPECT_TRUE(fs::is_fifo(pipe));
+  }
+  EXPECT_EQ(Entries(), 4);
+}
+
+TEST_F(AtomicFileTest, ReportsThatAPipeHasNoReaderAnyMore) {
+  const auto before = std::signal(SIGPIPE, SIG_IGN);
+  ASSERT_EQ(mkfifo(Path("pipe").c_str(), 0600), 0);
+  const int reader = open(Path("pipe").c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  auto file = AtomicFile::Create(Path("pipe"));
+  close(reader);
+  ASSERT_TRUE(file.ok()) << file.status();
+  std::fputs("lost", (*file)->stream());
+  EXPECT_THAT(std::string((*file)->Commit().message()), ::testing::HasSubstr("Broken pipe"));
+  file->reset();
+  std::signal(SIGPIPE, before);
+  EXPECT_TRUE(fs::is_fifo(Path("pipe")));
+  EXPECT_EQ(Entries(), 1);
 }
 
 TEST_F(AtomicFileTest, RefusesPlacesWhereNoFileCanBe) {
