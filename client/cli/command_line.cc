@@ -64,7 +64,7 @@ void AddEnsemble(CLI::App& main, EnsembleCommand& command) {
   AddSolveOptions(app, command.solve);
   app.add_option("MEMBERS", command.members_path,
                  "JSON file with what each member replaces in the problem, or a table of initial states; without it "
-                 "the points of .step in a deck")
+                 "the points of .step in a deck (not with --detach)")
       ->type_name("FILE");
   AddFormatAndOutput(app, {"table", "json", "csv"}, command.solve.format,
                      "One line for each member (table); as they finish: JSON lines, or CSV", command.solve.output,
@@ -72,8 +72,16 @@ void AddEnsemble(CLI::App& main, EnsembleCommand& command) {
   CLI::Option& detach = *app.add_flag(
       "--detach", command.detach,
       "Create a job on the server, print its name and end; watch, result and cancel take it. It keeps the end of each "
-      "member");
-  app.add_flag("--extrema", command.extrema, "Also keep the smallest and largest value of each x, y, w and output")
+      "member, T or the last node before it breaks down");
+  for (const char* option : {"--local", "--format", "--output"}) detach.excludes(app.get_option(option));
+  CLI::Option& deadline = *app.get_option("--deadline");
+  deadline.each([&command](const std::string& /*seconds*/) { command.has_deadline = true; });
+  deadline.description(deadline.get_description() +
+                       "; with --detach the deadline of the job, from now: it is refused if no shard can meet it, and "
+                       "stopped then");
+  app.add_flag("--extrema", command.extrema,
+               "Also keep the smallest and largest value of each x, y, w and output, at all nodes or at the times "
+               "of --at and the end")
       ->needs(&detach);
   app.footer(fmt::format("{}\n\n{}", kEnsembleExamples, kEnsembleExitCodes));
 }

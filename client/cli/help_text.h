@@ -87,6 +87,7 @@ inline constexpr const char* kEnsembleExamples =
     "  dlcs ensemble circuit.json sources.json --steps 10000 --server localhost:50051\n"
     "  dlcs ensemble circuit.json starts.csv --at 1,2 --format json --output solved.jsonl\n"
     "  dlcs ensemble circuit.json starts.csv --detach\n"
+    "  dlcs ensemble circuit.json starts.csv --detach --extrema --deadline 3600\n"
     "\n"
     "Ctrl-C and SIGTERM cancel the running members and print the results so far; a second one ends at once.";
 

@@ -34,6 +34,7 @@ constexpr const char* kSubmitExamples =
 
 constexpr const char* kWatchExamples =
     "Exits with the code of solve. Ctrl-C and SIGTERM end the watch; the job continues.\n"
+    "Of an ensemble it prints how many members have ended.\n"
     "\n"
     "Examples:\n"
     "  dlcs watch $job\n"
@@ -66,6 +67,10 @@ constexpr const char* kDeleteExamples =
     "  dlcs delete --all --state failed,cancelled";
 
 constexpr const char* kResultExamples =
+    "Of an ensemble it prints the end of each member: as a table what all have in common, else a line or a row for "
+    "each.\n"
+    "It waits for members that have not ended; Ctrl-C and SIGTERM end the wait, and the job continues.\n"
+    "\n"
     "Examples:\n"
     "  dlcs result $job                      a table\n"
     "  dlcs result $job --at 1,2.5           the stored times nearest to these\n"
@@ -167,7 +172,8 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
 }
 
 void AddResult(CLI::App& main, ResultCommand& command) {
-  CLI::App& app = *main.add_subcommand("result", "Print the trajectory of a job that has ended");
+  CLI::App& app =
+      *main.add_subcommand("result", "Print the trajectory of a job that has ended, or the members of an ensemble");
   AddName(app, command.name);
   AddTarget(app, command.target, kResultExamples);
   app.add_option_function<std::string>(

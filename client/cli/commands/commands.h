@@ -38,10 +38,11 @@ struct SolveCommand {
 };
 
 struct EnsembleCommand {
-  SolveCommand solve;        // the problem and how to solve its members
-  std::string members_path;  // "-" is standard input; empty: the points of .step in a deck
-  bool detach = false;       // only create a job on the server, and print its name
-  bool extrema = false;      // of a job: also keep the smallest and largest values
+  SolveCommand solve;         // the problem and how to solve its members
+  std::string members_path;   // "-" is standard input; empty: the points of .step in a deck
+  bool detach = false;        // only create a job on the server, and print its name
+  bool extrema = false;       // of a job: also keep the smallest and largest values
+  bool has_deadline = false;  // solve.deadline_s was given, and is that of a job too
 };
 
 struct AnalyzeCommand {

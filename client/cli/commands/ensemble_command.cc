@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/interrupt.h"
@@ -24,6 +25,7 @@
 #include "client/files/json_text.h"
 #include "client/files/members_file.h"
 #include "client/result/names.h"
+#include "proto/shared/known_end.h"
 #include "proto/shared/title_limit.h"
 #include "proto/shared/truncate_text.h"
 
@@ -71,8 +73,9 @@ v1::SolveEnsembleRequest MakeRequest(const SolveCommand& command, const ProblemI
   const bool same_end =
       std::none_of(members.begin(), members.end(), [](const auto& member) { return member.has_horizon(); });
   const bool table = command.format == OutputFormat::kTable;
-  if (table && same_end && command.options.output_times().empty() && input.horizon() > 0) {
-    request.mutable_options()->add_output_times(input.horizon());
+  const std::optional<double> end = KnownEnd(command.options, input.horizon());
+  if (table && same_end && end && command.options.output_times().empty()) {
+    request.mutable_options()->add_output_times(*end);
   }
   return request;
 }
@@ -87,8 +90,17 @@ ExitCode Detach(const EnsembleCommand& command, const ProblemInput& input,
   *request.mutable_ensemble() = input.EnsembleRequest(command.solve.options);
   request.mutable_ensemble()->mutable_members()->Add(members.begin(), members.end());
   request.mutable_results()->set_extrema(command.extrema);
+  if (command.has_deadline) *request.mutable_deadline() = FromNow(command.solve.deadline_s);
   if (!input.is_uploaded()) request.set_title(TruncateUtf8(input.title(), kMaxTitleBytes));
   const auto job = (*client)->jobs().SubmitEnsemble(std::move(request), limits);
+  if (absl::IsResourceExhausted(job.status()) &&
+      absl::StrContains(job.status().message(), "larger than max")) {  // in the words of gRPC
+    return PrintError(absl::ResourceExhaustedError(fmt::format(
+                          "{}\nthe members do not fit into one message of the server: split {} into several "
+                          "jobs, or run dlcsd with a larger --max-message-bytes",
+                          std::string(job.status().message()), SourceName(command.members_path))),
+                      ExitCodeOf(job.status()));
+  }
   if (!job.ok()) return PrintCallError(job.status(), input.source(), SourceName(command.members_path));
   fmt::print("{}\n", job->name());
   const absl::Status printed = FlushStream(stdout, "standard output");
@@ -105,7 +117,14 @@ ExitCode ExitCodeOfSummary(const v1::EnsembleSummary& summary) {
 ExitCode Run(const EnsembleCommand& command) {
   const SolveCommand& solve = command.solve;
   if (command.detach && command.members_path.empty()) {
-    return PrintError(absl::InvalidArgumentError("--detach: needs a file with members"), kBadInput);
+    return PrintError(absl::InvalidArgumentError(
+                          "--detach: needs a file with members; the points of .step are solved without --detach"),
+                      kBadInput);
+  }
+  if (command.detach && !command.extrema && !solve.options.output_times().empty()) {
+    return PrintError(absl::InvalidArgumentError("--at: with --detach only the end of each member is kept; with "
+                                                 "--extrema the extrema are those of these times and the end"),
+                      kBadInput);
   }
   if (command.members_path.empty()) return RunSweep(command);
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(solve.problem_path, solve.server, solve.rule);

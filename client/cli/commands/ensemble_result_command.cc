@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The results of an ensemble that is a job.
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -54,6 +56,10 @@ ExitCode PrintEnsemble(JobClient& client, const ResultCommand& command, const v1
         if (command.format == OutputFormat::kJson) PrintShardJsonLines(job.ensemble(), shard, out);
       },
       limits);
+  if (!read.ok() && limits.stop.stop_requested()) {
+    fmt::print(stderr, "dlcs: {0} continues; dlcs result {0} reads it, dlcs cancel {0} stops it\n", job.name());
+    return kServiceFailed;
+  }
   if (!read.ok()) return PrintError(read, ExitCodeOf(read));
   const auto ended = client.Get(job.name(), limits);
   if (!ended.ok()) return PrintError(ended.status(), ExitCodeOf(ended.status()));

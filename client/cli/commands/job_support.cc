@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <ctime>
 #include <sstream>
 #include <utility>
@@ -39,6 +40,16 @@ absl::StatusOr<std::unique_ptr<Client>> Connect(const JobTarget& target) {
 
 CallLimits LimitsFor(const JobTarget& target, const Interrupt& interrupt) {
   return {.deadline = std::chrono::duration<double>(target.patience_s), .stop = interrupt.token()};
+}
+
+google::protobuf::Timestamp FromNow(double seconds) {
+  const auto time = std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(
+                                                           std::chrono::duration<double>(seconds));
+  const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
+  google::protobuf::Timestamp result;
+  result.set_seconds(ns / 1'000'000'000);
+  result.set_nanos(static_cast<int>(ns % 1'000'000'000));
+  return result;
 }
 
 std::string JobStateWord(v1::JobState state) {
@@ -148,13 +159,26 @@ std::string TitleOf(const v1::SolveJob& job) {
   return job.title().empty() ? job.name() : WithoutControlCharacters(job.title());
 }
 
+namespace {
+
+// For a job that ended early: how many members of an ensemble have a result, and how many have none.
+std::string MembersText(const v1::SolveJob& job) {
+  if (!job.has_ensemble()) return "";
+  const v1::EnsembleCounts& counts = job.ensemble().counts();
+  const std::int64_t ended = counts.solved() + counts.reached() + counts.failed();
+  return fmt::format(" ({}{} of {} members missing)", ended > 0 ? CountText(counts) + ", " : "",
+                     job.ensemble().members() - ended, job.ensemble().members());
+}
+
+}  // namespace
+
 ExitCode ConcludeJob(const v1::SolveJob& job) {
   if (job.state() == v1::JOB_STATE_FAILED) {
-    fmt::print(stderr, "dlcs: {} failed: {}\n", job.name(), job.error().message());
+    fmt::print(stderr, "dlcs: {} failed{}: {}\n", job.name(), MembersText(job), job.error().message());
     return job.error().code() == static_cast<int>(absl::StatusCode::kInvalidArgument) ? kBadInput : kServiceFailed;
   }
   if (job.state() == v1::JOB_STATE_CANCELLED) {
-    fmt::print(stderr, "dlcs: {} was cancelled\n", job.name());
+    fmt::print(stderr, "dlcs: {} was cancelled{}\n", job.name(), MembersText(job));
     return kServiceFailed;
   }
   if (job.has_ensemble()) {

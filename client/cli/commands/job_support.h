@@ -21,6 +21,9 @@ namespace dlcs::client {
 absl::StatusOr<std::unique_ptr<Client>> Connect(const JobTarget& target);
 CallLimits LimitsFor(const JobTarget& target, const Interrupt& interrupt);
 
+// The time in so many seconds, as a deadline.
+google::protobuf::Timestamp FromNow(double seconds);
+
 // "queued", "running", ...
 std::string JobStateWord(v1::JobState state);
 // "queued,running": one or more. Absent if one is not a state.
@@ -52,7 +55,7 @@ absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string
 ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLimits& limits);
 
 // Reads the results of the ensemble `job`, those to come too, and prints them as `command` asks for. Returns the exit
-// code that `ensemble` would have.
+// code that `ensemble` would have. A stop ends the reading, not the job.
 ExitCode PrintEnsemble(JobClient& client, const ResultCommand& command, const v1::SolveJob& job,
                        const CallLimits& limits);
 

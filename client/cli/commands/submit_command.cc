@@ -14,20 +14,6 @@
 #include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {
-namespace {
-
-google::protobuf::Timestamp FromNow(double seconds) {
-  const auto time = std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(
-                                                           std::chrono::duration<double>(seconds));
-  const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
-  google::protobuf::Timestamp result;
-  result.set_seconds(ns / 1'000'000'000);
-  result.set_nanos(static_cast<int>(ns % 1'000'000'000));
-  return result;
-}
-
-}  // namespace
-
 ExitCode Run(const SubmitCommand& command) {
   const auto input = ProblemInput::Read(command.solve.problem_path, command.target.server, command.solve.rule);
   if (!input.ok()) return PrintError(input.status(), kBadInput);

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "client/cli/output/terminal.h"
 #include "client/files/json_text.h"
 #include "client/netlist/netlist.h"
+#include "proto/shared/known_end.h"
 
 namespace dlcs::client {
 namespace {
@@ -62,8 +64,9 @@ v1::SolveEnsembleRequest RequestOf(const SolveCommand& command, const std::vecto
     member.set_horizon(problem.horizon());
     same_end = false;
   }
-  if (command.format == OutputFormat::kTable && same_end && command.options.output_times().empty()) {
-    request.mutable_options()->add_output_times(first.horizon());
+  const std::optional<double> end = KnownEnd(command.options, first.horizon());
+  if (command.format == OutputFormat::kTable && same_end && end && command.options.output_times().empty()) {
+    request.mutable_options()->add_output_times(*end);
   }
   return request;
 }

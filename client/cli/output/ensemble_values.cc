@@ -4,15 +4,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <span>
 #include <utility>
 
 #include "client/cli/output/columns.h"
 #include "client/cli/output/ensemble_output.h"
 #include "client/cli/output/message_json.h"
+#include "client/cli/output/result_output.h"
 #include "client/cli/output/wrapped_text.h"
 #include "client/result/display_names.h"
 
@@ -21,6 +24,7 @@ namespace {
 
 constexpr std::size_t kMaxFailuresShown = 10;
 
+// What all columns of one component are called: "t", "vC", "w(D1)", "output2".
 std::string NameOf(const v1::EnsembleColumn& column) {
   // Names from the problem where it has them.
   const auto i = static_cast<std::size_t>(column.component());
@@ -41,6 +45,55 @@ std::string NameOf(const v1::EnsembleColumn& column) {
       return own.empty() ? fmt::format("output{}", i + 1) : own;
   }
 }
+
+const char* KindOf(const v1::EnsembleColumn& column) {
+  switch (column.quantity()) {
+    case v1::EnsembleColumn::QUANTITY_X:
+      return "x";
+    case v1::EnsembleColumn::QUANTITY_Y:
+      return "y";
+    case v1::EnsembleColumn::QUANTITY_W:
+      return "w";
+    default:
+      return "output";
+  }
+}
+
+std::string NameOfStatistic(v1::EnsembleColumn::Statistic statistic, const std::string& name) {
+  switch (statistic) {
+    case v1::EnsembleColumn::STATISTIC_SMALLEST:
+      return fmt::format("min({})", name);
+    case v1::EnsembleColumn::STATISTIC_LARGEST:
+      return fmt::format("max({})", name);
+    default:
+      return name;
+  }
+}
+
+// Gives every component a name of its own, and with it to its extrema.
+class NameChooser {
+ public:
+  // `name` if neither it nor the names of its extrema are taken; else "output:name", or "output:name:2" and so on.
+  std::string Choose(const std::string& name, const char* kind) {
+    std::string chosen = name;
+    for (int k = 1; !Take(chosen); ++k) {
+      chosen = k == 1 ? fmt::format("{}:{}", kind, name) : fmt::format("{}:{}:{}", kind, name, k);
+    }
+    return chosen;
+  }
+
+ private:
+  // The extrema are taken even where none are kept, so that names do not depend on it.
+  bool Take(const std::string& name) {
+    const std::array names = {name, NameOfStatistic(v1::EnsembleColumn::STATISTIC_SMALLEST, name),
+                              NameOfStatistic(v1::EnsembleColumn::STATISTIC_LARGEST, name)};
+    if (std::ranges::any_of(names, [this](const std::string& one) { return taken_.contains(one); })) return false;
+    taken_.insert(names.begin(), names.end());
+    return true;
+  }
+
+  std::set<std::string> taken_ = {"member", "outcome", "message"};  // of every line
+};
 
 // The quantile `share` of `sorted` values, which are not empty.
 double Quantile(std::span<const double> sorted, double share) {
@@ -71,25 +124,24 @@ const char* OutcomeWord(v1::MemberOutcome outcome) {
 }
 
 std::vector<std::string> ColumnNames(const v1::EnsembleProgress& ensemble) {
+  NameChooser chooser;
   std::vector<std::string> names;
+  std::string name;  // of the component
+  const v1::EnsembleColumn* before = nullptr;
   for (const v1::EnsembleColumn& column : ensemble.columns()) {
-    const std::string name = NameOf(column);
-    switch (column.statistic()) {
-      case v1::EnsembleColumn::STATISTIC_SMALLEST:
-        names.push_back(fmt::format("min({})", name));
-        break;
-      case v1::EnsembleColumn::STATISTIC_LARGEST:
-        names.push_back(fmt::format("max({})", name));
-        break;
-      default:
-        names.push_back(name);
-    }
+    const bool same = before != nullptr && before->quantity() == column.quantity() &&
+                      before->component() == column.component() && before->statistic() != column.statistic();
+    if (!same) name = chooser.Choose(NameOf(column), KindOf(column));
+    names.push_back(NameOfStatistic(column.statistic(), name));
+    before = &column;
   }
   return names;
 }
 
 void PrintShardCsvHeader(const v1::EnsembleProgress& ensemble, std::FILE* out) {
-  fmt::print(out, "member,outcome,{}\n", fmt::join(ColumnNames(ensemble), ","));
+  fmt::print(out, "member,outcome");
+  for (const std::string& name : ColumnNames(ensemble)) fmt::print(out, ",{}", CsvField(name));
+  fmt::print(out, "\n");
 }
 
 void PrintShardCsvLines(const v1::EnsembleShard& shard, std::FILE* out) {
@@ -110,6 +162,9 @@ void PrintShardJsonLines(const v1::EnsembleProgress& ensemble, const v1::Ensembl
   for (int k = 0; k < shard.outcomes_size(); ++k) {
     const std::span<const double> row = RowOf(shard, k);
     nlohmann::ordered_json member = {{"member", shard.first_member() + k}, {"outcome", OutcomeWord(shard.outcomes(k))}};
+    const auto failure =
+        std::ranges::find(shard.failures(), shard.first_member() + k, [](const auto& one) { return one.member(); });
+    if (failure != shard.failures().end()) member["message"] = failure->message();
     for (std::size_t i = 0; i < std::min(row.size(), names.size()); ++i) member[names[i]] = row[i];  // NaN is null
     fmt::print(out, "{}\n", member.dump());
   }
@@ -177,6 +232,8 @@ void EnsembleValues::PrintTable(const std::string& title, int width, std::FILE* 
   for (const v1::MemberFailure& failure : failures) {
     paper.Print(fmt::format("Member {}: ", failure.member()), failure.message());
   }
+  const std::int64_t untold = counts_.failed() - static_cast<std::int64_t>(failures.size());
+  if (untold > 0) fmt::print(out, "and {} more failed\n", untold);
 }
 
 ResultArrays EnsembleValues::Arrays(const v1::SolveJob& job) const {

@@ -17,10 +17,12 @@ namespace dlcs::client {
 // "solved", "reached", "failed"; "missing" of a member without a result.
 const char* OutcomeWord(v1::MemberOutcome outcome);
 
-// "t", "error", "x1", "vC", "max(vC)", "w(D1)".
+// "t", "error", "x1", "vC", "max(vC)", "w(D1)". All differ: a name that is taken, by an earlier column or by "member",
+// "outcome" and "message", gets its kind in front, as in "output:t".
 std::vector<std::string> ColumnNames(const v1::EnsembleProgress& ensemble);
 
-// A header member,outcome and the columns, and a line for each member of a shard, or a JSON object for each.
+// A header member,outcome and the columns, and a line for each member of a shard, or a JSON object for each. JSON has
+// the message of failed members too, where it is kept.
 void PrintShardCsvHeader(const v1::EnsembleProgress& ensemble, std::FILE* out);
 void PrintShardCsvLines(const v1::EnsembleShard& shard, std::FILE* out);
 void PrintShardJsonLines(const v1::EnsembleProgress& ensemble, const v1::EnsembleShard& shard, std::FILE* out);

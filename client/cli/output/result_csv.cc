@@ -31,24 +31,23 @@ void PrintLine(std::string_view begin, double time, std::initializer_list<std::s
   std::fwrite(line.data(), 1, line.size(), out);
 }
 
-// `text` as one field.
-std::string Quoted(const std::string& text) {
+}  // namespace
+
+std::string CsvField(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
   return quoted + "\"";
 }
 
-}  // namespace
-
 void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w,
                     std::FILE* out) {
   fmt::print(out, "t");
-  for (const std::string& name : names.outputs) fmt::print(out, ",{}", Quoted(name));
+  for (const std::string& name : names.outputs) fmt::print(out, ",{}", CsvField(name));
   if (!names.outputs.empty()) states = constraints = 0;
-  for (std::size_t i = 0; i < states; ++i) fmt::print(out, ",{}", names.OfX(i));
-  for (std::size_t i = 0; i < constraints; ++i) fmt::print(out, ",{}", names.OfY(i));
-  for (std::size_t i = 0; has_w && i < constraints; ++i) fmt::print(out, ",{}", names.OfW(i));
+  for (std::size_t i = 0; i < states; ++i) fmt::print(out, ",{}", CsvField(names.OfX(i)));
+  for (std::size_t i = 0; i < constraints; ++i) fmt::print(out, ",{}", CsvField(names.OfY(i)));
+  for (std::size_t i = 0; has_w && i < constraints; ++i) fmt::print(out, ",{}", CsvField(names.OfW(i)));
   fmt::print(out, "\n");
 }
 
@@ -76,7 +75,7 @@ void PrintMemberCsvHeader(const DisplayNames& names, std::size_t states, std::si
 
 void PrintMemberCsvLines(const MemberResult& member, std::FILE* out) {
   const SolveResult& result = member.result;
-  const std::string begin = fmt::format("{},{},", member.member, Quoted(member.label));
+  const std::string begin = fmt::format("{},{},", member.member, CsvField(member.label));
   const std::vector<double> unknown(result.constraints, std::numeric_limits<double>::quiet_NaN());
   for (std::size_t k = 0; k < result.times.size(); ++k) {
     if (result.has_outputs()) {

@@ -14,6 +14,9 @@
 
 namespace dlcs::client {
 
+// `text` as one field of CSV: in quotes if it needs them.
+std::string CsvField(const std::string& text);
+
 // A header t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of each chunk, as they
 // come. If there are outputs, they take the place of x, y and w.
 void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w, std::FILE* out);

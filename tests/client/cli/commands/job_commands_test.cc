@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `dlcs submit`, `watch`, `get`, `list`, `cancel`, `result` and `delete` as people and scripts use them.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -52,6 +55,13 @@ class JobCommandsTest : public ::testing::Test {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
     EXPECT_THAT(outcome.out, MatchesRegex("jobs/[a-z2-7]+\n"));
+    return outcome.out.substr(0, outcome.out.find('\n'));
+  }
+
+  // The name of the job.
+  std::string Detach(const std::string& arguments, const std::string& json) const {
+    const ProgramOutcome outcome = Dlcs(arguments + " --detach", json);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
     return outcome.out.substr(0, outcome.out.find('\n'));
   }
 
@@ -358,6 +368,143 @@ TEST_F(JobCommandsTest, AnEnsembleIsAJobToo) {
   EXPECT_EQ(Dlcs("result " + job + " --at 1").code, 2);
   EXPECT_EQ(Dlcs("result " + job + " --output " + folder_.File("e.npy")).code, 2);
   EXPECT_EQ(Dlcs("delete " + job).code, 0);
+}
+
+// The fields of the first line of CSV.
+std::vector<std::string> FirstFields(const std::string& csv) {
+  std::vector<std::string> fields(1);
+  bool quoted = false;
+  for (std::size_t k = 0; k < csv.size() && (quoted || csv[k] != '\n'); ++k) {
+    if (csv[k] == '"' && quoted && csv[k + 1] == '"')
+      fields.back() += csv[++k];
+    else if (csv[k] == '"')
+      quoted = !quoted;
+    else if (csv[k] == ',' && !quoted)
+      fields.emplace_back();
+    else
+      fields.back() += csv[k];
+  }
+  return fields;
+}
+
+TEST_F(JobCommandsTest, ValuesOfAnEnsembleHaveNamesOfTheirOwn) {
+  const std::string members = folder_.File("members.csv");
+  std::ofstream(members) << "x1\n1\n2\n";
+  constexpr const char* kProblem =
+      R"json({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4, "g": [-1],
+      "states": ["x"], "pairs": ["outcome"], "outputs": {
+        "names": ["x", "t", "member", "error", "max(x)", "message", "a,b", "say \"hi\"", "output:t"],
+        "C": [[1], [2], [3], [4], [5], [6], [7], [8], [9]]}})json";
+  for (const std::string extrema : {"", " --extrema"}) {
+    const std::string job = Detach("ensemble - " + members + " --steps 10" + extrema, kProblem);
+    const ProgramOutcome csv = Dlcs("result " + job + " --format csv");
+    const std::vector<std::string> fields = FirstFields(csv.out);
+    const std::set<std::string> names(fields.begin(), fields.end());
+    EXPECT_EQ(names.size(), fields.size()) << csv.out;
+    EXPECT_EQ(fields.size(), extrema.empty() ? 16U : 40U) << csv.out;
+    for (const char* name : {"x", "y:outcome", "output:x", "output:t", "output:max(x)", "a,b", "say \"hi\""}) {
+      EXPECT_TRUE(names.contains(name)) << name << " in " << csv.out;
+    }
+    std::istringstream lines(Dlcs("result " + job + " --format json").out);
+    for (std::string line; std::getline(lines, line);) {
+      const auto member = nlohmann::json::parse(line);
+      EXPECT_EQ(member.size(), fields.size());
+      EXPECT_TRUE(member["member"].is_number_integer());
+      EXPECT_EQ(member["t"], 4);
+      EXPECT_EQ(member["output:member"].get<double>(), 3 * member["x"].get<double>());
+    }
+  }
+}
+
+TEST_F(JobCommandsTest, TheDeadlineOfADetachedEnsembleIsThatOfTheJob) {
+  const std::string members = folder_.File("members.csv");
+  std::ofstream(members) << "x1\n1\n2\n";
+  const std::string job = Detach("ensemble - " + members + " --steps 10 --deadline 3000", kEasyProblem);
+  EXPECT_THAT(Dlcs("get " + job).out, HasSubstr("  deadline   2"));
+  const std::string other = Detach("ensemble - " + members + " --steps 10", kEasyProblem);
+  EXPECT_THAT(Dlcs("get " + other).out, Not(HasSubstr("deadline")));
+  const ProgramOutcome late = Dlcs("ensemble - " + members + " --steps 1000000 --detach --deadline 1e-3", kEasyProblem);
+  EXPECT_NE(late.code, 0);
+}
+
+TEST_F(JobCommandsTest, OptionsThatADetachedEnsembleCannotKeepAreRefused) {
+  const std::string members = folder_.File("members.csv");
+  std::ofstream(members) << "x1\n1\n";
+  for (const std::string option : {"--format csv", "-o e.csv", "--local", "--at 1"}) {
+    const ProgramOutcome outcome =
+        RunDlcs("ensemble - " + members + " --detach " + option, std::string("echo '") + kEasyProblem + "' | ");
+    EXPECT_EQ(outcome.code, 2) << option;
+    EXPECT_THAT(outcome.err, HasSubstr("--detach")) << option;
+  }
+  EXPECT_EQ(Dlcs("list -o name").out, "");
+}
+
+// x' = y + f, 0 <= y, x - y >= 0 complementary: without a solution from x < 0 on.
+TEST_F(JobCommandsTest, WhatIsKeptOfAMemberThatBreaksDownDependsOnNoOption) {
+  constexpr const char* kBreaks = R"json({"A": [[0]], "B": [[1]], "N": [[1]], "M": [[-1]], "x0": [1], "T": 1,
+                                          "f": ["0"], "g": ["0"]})json";
+  const std::string members = folder_.File("members.json");
+  std::ofstream(members) << R"json([{"x0": [1]}, {"x0": [0.5], "f": ["-1"]}, {"x0": [-1]}])json";
+  std::set<std::string> ends;
+  for (const std::string option : {"", " --extrema", " --extrema --at 0.25"}) {
+    const std::string job = Detach("ensemble - " + members + " --steps 1000" + option, kBreaks);
+    const ProgramOutcome json = Dlcs("result " + job + " --format json");
+    EXPECT_EQ(json.code, 1) << json.err;
+    std::istringstream lines(json.out);
+    for (std::string line; std::getline(lines, line);) {
+      const auto member = nlohmann::json::parse(line);
+      if (member["member"] != 1) continue;
+      EXPECT_EQ(member["outcome"], "failed");
+      EXPECT_THAT(member["message"].get<std::string>(), HasSubstr("0.5"));
+      EXPECT_NEAR(member["t"].get<double>(), 0.5, 2e-3);
+      EXPECT_NEAR(member["x1"].get<double>(), 0, 2e-3);
+      if (!option.empty()) EXPECT_EQ(member["min(x1)"], member["x1"]);
+      ends.insert(fmt::format("{} {} {}", member["t"].dump(), member["x1"].dump(), member["y1"].dump()));
+    }
+  }
+  EXPECT_EQ(ends.size(), 1U) << fmt::format("{}", fmt::join(ends, "; "));
+}
+
+TEST_F(JobCommandsTest, APeriodTakesThePlaceOfTheEnd) {
+  constexpr const char* kDriven = R"json({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [0], "T": 2,
+                                          "f": ["0"], "g": ["-sin(2*pi*t)"]})json";
+  const std::string members = folder_.File("members.json");
+  std::ofstream(members) << R"json([{"x0": [0]}, {"g": ["-2*sin(2*pi*t)"]}])json";
+  const std::string arguments = "ensemble - " + members + " --steps 100 --periodic 1";
+  const std::string job = Detach(arguments, kDriven);
+  const ProgramOutcome json = Dlcs("result " + job + " --format json");
+  EXPECT_EQ(nlohmann::json::parse(json.out.substr(0, json.out.find('\n')))["t"], 1) << json.out << json.err;
+  const ProgramOutcome here = RunDlcs(arguments + " --local", std::string("echo '") + kDriven + "' | ");
+  EXPECT_EQ(here.code, 0) << here.err;
+}
+
+TEST_F(JobCommandsTest, AnEnsembleThatIsTooLargeForAMessageSaysWhatToDo) {
+  ServerConfig config;
+  config.listen = "127.0.0.1:0";
+  config.store = folder_.File("small.db");
+  config.max_message_bytes = 100'000;
+  server_ = *DlcsServer::Start(config);
+  const std::string members = folder_.File("members.csv");
+  std::ofstream stream(members);
+  stream << "x1\n";
+  for (int k = 0; k < 20'000; ++k) stream << "1\n";
+  stream.close();
+  const ProgramOutcome outcome = Dlcs("ensemble - " + members + " --detach", kEasyProblem);
+  EXPECT_NE(outcome.code, 0);
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("--max-message-bytes"), HasSubstr("split ")));
+}
+
+TEST_F(JobCommandsTest, ACancelledEnsembleSaysHowManyMembersAreMissing) {
+  const std::string members = folder_.File("members.csv");
+  std::ofstream stream(members);
+  stream << "x1\n";
+  for (int k = 0; k < 20'000; ++k) stream << "1\n";
+  stream.close();
+  const std::string job = Detach("ensemble - " + members + " --steps 20000", kEasyProblem);
+  EXPECT_EQ(Dlcs("cancel " + job).code, 0);
+  const ProgramOutcome csv = Dlcs("result " + job + " --format csv");
+  EXPECT_EQ(csv.code, 3) << csv.err;
+  EXPECT_THAT(csv.err, AllOf(HasSubstr("was cancelled"), HasSubstr(" of 20000 members missing")));
 }
 
 TEST_F(JobCommandsTest, WhatIsWrongWithAMemberIsNamedAsInItsFile) {
