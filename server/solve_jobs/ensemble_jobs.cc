@@ -7,8 +7,10 @@
 #include <optional>
 #include <stop_token>
 #include <utility>
+#include <vector>
 
 #include "fmt/format.h"
+#include "proto/shared/known_end.h"
 #include "server/session/ensemble_session.h"
 #include "server/solve_jobs/ensemble_results.h"
 #include "server/solve_jobs/job_solver.h"
@@ -29,6 +31,8 @@ constexpr std::int64_t kShardResultBytes = 1'000'000;
 constexpr int kCheckedAtOnce = 10'000;
 // Of a member in memory, beside its solution.
 constexpr std::int64_t kMemberBytes = 2000;
+// Of all nodes of the members that broke down and are solved at the same time.
+constexpr std::int64_t kBytesOfNodes = 64'000'000;
 
 // "members[3].x0[1]" of a part of the members that begins at `first`, as in the whole list.
 std::string InAllMembers(const std::string& field, std::int64_t first) {
@@ -67,11 +71,24 @@ absl::StatusOr<PreparedEnsemble> CheckMembers(const v1::SolveEnsembleRequest& ba
   return *std::move(first);
 }
 
-// Whether only the values at the end are of interest, at a time that all members share.
-bool NeedsOnlyTheEnd(const v1::CreateEnsembleJobRequest& request) {
-  const v1::SolveEnsembleRequest& ensemble = request.ensemble();
-  return !request.results().extrema() && ensemble.options().output_times().empty() &&
-         std::ranges::none_of(ensemble.members(), [](const auto& member) { return member.has_horizon(); });
+// The time at which all members end, if there is one that is known.
+std::optional<double> CommonEnd(const v1::SolveOptions& options, const Members& members, double horizon) {
+  const bool own = std::ranges::any_of(members, [](const auto& member) { return member.has_horizon(); });
+  return own && options.period() <= 0 ? std::nullopt : KnownEnd(options, horizon);
+}
+
+// Adds the end to the output times where there are any, and where nothing but the end is kept. Errors: InvalidArgument
+// for output times of members that do not end together: some would lack their end.
+absl::Status AddEnd(std::optional<double> end, bool extrema, v1::SolveOptions& options) {
+  const auto& times = options.output_times();
+  if (!end && !times.empty()) {
+    return InvalidRequest({{"options.output_times",
+                            "need one end for all members of a job, but some have a horizon of their own, or a period "
+                            "that is to be found; leave them out, and the extrema are those of all nodes"}});
+  }
+  const bool lacks_end = times.empty() ? !extrema : *std::ranges::max_element(times) < end;
+  if (end && lacks_end) options.add_output_times(*end);
+  return absl::OkStatus();
 }
 
 // Members in each shard.
@@ -93,17 +110,19 @@ absl::StatusOr<std::int64_t> ShardMembers(std::int64_t asked, std::int64_t membe
 
 absl::StatusOr<SplitEnsemble> Split(v1::CreateEnsembleJobRequest request, const SessionLimits& limits,
                                     const ProblemResolver& find) {
-  const bool needs_only_the_end = NeedsOnlyTheEnd(request);
   Members members;
   members.Swap(request.mutable_ensemble()->mutable_members());
   v1::SolveEnsembleRequest& ensemble = *request.mutable_ensemble();
   absl::StatusOr<v1::SolveEnsembleRequest> whole = ensemble;
   if (NamesProblem(ensemble)) whole = ResolveProblem(ensemble, find);
   if (!whole.ok()) return whole.status();
-  if (needs_only_the_end) {
-    ensemble.mutable_options()->add_output_times(whole->problem().horizon());
-    *whole->mutable_options() = ensemble.options();
+  // A horizon that is none is named with what else is wrong with the problem.
+  if (const double horizon = whole->problem().horizon(); horizon > 0) {
+    const std::optional<double> end = CommonEnd(ensemble.options(), members, horizon);
+    const absl::Status status = AddEnd(end, request.results().extrema(), *ensemble.mutable_options());
+    if (!status.ok()) return status;
   }
+  *whole->mutable_options() = ensemble.options();
   absl::StatusOr<PreparedEnsemble> prepared = CheckMembers(*whole, members, limits);
   if (!prepared.ok()) return prepared.status();
   const SoundEnsemble& sound = prepared->ensemble;
@@ -159,16 +178,53 @@ class ShardSink final : public EnsembleSink {
   void Finished(Index member, FinishedSolve solve) override {
     const Solution& solution = solve.solution();
     metrics_.Solved("member", MethodName(solution.method), TerminationLabel(solve.termination()), solution.cost);
+    if (solve.termination() != v1::TERMINATION_REACHED_END) broken_.push_back(member);
     results_.Add(member, std::move(solve));
   }
-  jobs::ShardResult Take() { return std::move(results_).Take(); }
+  // Those that did not reach their end.
+  const std::vector<Index>& broken() const { return broken_; }
+  ShardResults& results() { return results_; }
 
  private:
   ShardResults results_;
+  std::vector<Index> broken_;
   Metrics& metrics_;
 };
 
+// Takes the ends of members that broke down, the k-th of which has the number broken[k].
+class EndSink final : public EnsembleSink {
+ public:
+  EndSink(const std::vector<Index>& broken, ShardResults& results) : broken_(broken), results_(results) {}
+
+  bool MayBegin(Index /*member*/, const std::stop_token& /*stop*/) override { return true; }
+  void Finished(Index member, FinishedSolve solve) override {
+    results_.SetEnd(broken_[static_cast<std::size_t>(member)], std::move(solve));
+  }
+
+ private:
+  const std::vector<Index>& broken_;
+  ShardResults& results_;
+};
+
 }  // namespace
+
+absl::Status EnsembleSolver::FindEnds(const jobs::JobRun& run, const v1::SolveEnsembleRequest& ensemble,
+                                      const std::vector<Index>& broken, const SolveControl& control,
+                                      ShardResults& results) const {
+  if (broken.empty() || ensemble.options().output_times().empty()) return absl::OkStatus();
+  v1::SolveEnsembleRequest again = ensemble;
+  again.clear_members();
+  again.mutable_options()->clear_output_times();
+  for (const Index member : broken) *again.add_members() = ensemble.members(static_cast<int>(member));
+  absl::StatusOr<PreparedEnsemble> prepared = PrepareEnsemble(again, limits_, library_.Of(run.job().owner));
+  if (!prepared.ok()) return absl::OkStatus();  // too many nodes for the limits
+  const std::int64_t fitting = kBytesOfNodes / *std::ranges::max_element(prepared->result_bytes);
+  prepared->ensemble.options.num_threads = static_cast<int>(std::clamp<std::int64_t>(fitting, 1, run.threads()));
+  EndSink ends(broken, results);
+  const absl::StatusOr<v1::EnsembleSummary> summary = RunEnsemble(*prepared, control, ends, setups_);
+  if (!summary.ok()) return summary.status();
+  return summary->stopped() + summary->not_begun() > 0 ? absl::CancelledError() : absl::OkStatus();
+}
 
 jobs::JobEnd EnsembleSolver::Solve(jobs::JobRun& run) const {
   v1::CreateEnsembleJobRequest request;
@@ -192,7 +248,10 @@ jobs::JobEnd EnsembleSolver::Solve(jobs::JobRun& run) const {
   const absl::StatusOr<v1::EnsembleSummary> summary = RunEnsemble(*prepared, control, sink, setups_);
   if (!summary.ok()) return {summary.status(), ""};
   if (summary->stopped() + summary->not_begun() > 0) return {absl::CancelledError(), ""};
-  return {absl::OkStatus(), "", sink.Take()};
+  if (absl::Status ends = FindEnds(run, request.ensemble(), sink.broken(), control, sink.results()); !ends.ok()) {
+    return {ends, ""};
+  }
+  return {absl::OkStatus(), "", std::move(sink.results()).Take()};
 }
 
 }  // namespace dlcs

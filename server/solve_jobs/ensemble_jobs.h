@@ -19,6 +19,8 @@
 namespace dlcs {
 
 class SetupCache;
+class ShardResults;
+class SolveControl;
 
 // The most shards of one ensemble, since each is a row of the store.
 inline constexpr std::int64_t kMaxShards = 10'000;
@@ -51,6 +53,11 @@ class EnsembleSolver {
   jobs::JobEnd Solve(jobs::JobRun& run) const;
 
  private:
+  // Solves the members `broken` of `ensemble` once more for all nodes: the last state that is known of a member that
+  // broke down is at none of the output times.
+  absl::Status FindEnds(const jobs::JobRun& run, const v1::SolveEnsembleRequest& ensemble,
+                        const std::vector<Index>& broken, const SolveControl& control, ShardResults& results) const;
+
   const SessionLimits limits_;
   SetupCache* const setups_;
   const ProblemLibrary& library_;

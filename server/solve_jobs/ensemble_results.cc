@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "core/problem/verdict.h"
@@ -51,12 +52,22 @@ class ColumnMaker {
             {fmt::format("results.{}[{}]", field, k), fmt::format("{}; must be between 0 and {}", i, size - 1)});
         continue;
       }
+      if (const std::span before(components.data(), k); std::ranges::find(before, i) != before.end()) {
+        violations_.push_back({fmt::format("results.{}[{}]", field, k), fmt::format("{}; is there already", i)});
+        continue;
+      }
       const std::string name = i < static_cast<Index>(names.size()) ? names[static_cast<std::size_t>(i)] : "";
       columns_.push_back(ColumnOf(quantity, i, Column::STATISTIC_FINAL, name));
       if (!extrema_) continue;
       columns_.push_back(ColumnOf(quantity, i, Column::STATISTIC_SMALLEST, name));
       columns_.push_back(ColumnOf(quantity, i, Column::STATISTIC_LARGEST, name));
     }
+  }
+
+  // Refuses components of what is not kept.
+  void Refuse(const char* field, const Components& wanted, const char* omitted) {
+    if (wanted.empty()) return;
+    violations_.push_back({fmt::format("results.{}", field), fmt::format("must be empty with {}", omitted)});
   }
 
   absl::StatusOr<std::vector<Column>> Take() && {
@@ -114,6 +125,9 @@ v1::MemberOutcome OutcomeOf(const Verdict& verdict) {
   return verdict.success ? v1::MEMBER_OUTCOME_REACHED : v1::MEMBER_OUTCOME_FAILED;
 }
 
+// A token says whose it is: that of another job would skip shards.
+std::string TokenBegin(const jobs::JobId& id) { return fmt::format("{}:", id); }
+
 void AddCounts(const v1::EnsembleCounts& part, v1::EnsembleCounts& sum) {
   sum.set_solved(sum.solved() + part.solved());
   sum.set_reached(sum.reached() + part.reached());
@@ -126,9 +140,12 @@ absl::StatusOr<std::vector<v1::EnsembleColumn>> ColumnsOf(const v1::KeptResults&
                                                           const ComponentNames& names) {
   ColumnMaker columns(kept.extrema());
   const Index n = base.num_constraints();
-  if (!kept.omit_x()) {
+  if (kept.omit_x()) {
+    columns.Refuse("x_components", kept.x_components(), "omit_x");
+  } else {
     columns.Add(Column::QUANTITY_X, "x_components", kept.x_components(), base.num_states(), names.states);
   }
+  if (kept.omit_y() && kept.omit_w()) columns.Refuse("y_components", kept.y_components(), "omit_y and omit_w");
   if (!kept.omit_y()) columns.Add(Column::QUANTITY_Y, "y_components", kept.y_components(), n, names.pairs);
   if (!kept.omit_w()) columns.Add(Column::QUANTITY_W, "y_components", kept.y_components(), n, names.pairs);
   if (!kept.omit_outputs()) columns.Add(Column::QUANTITY_OUTPUT, "", {}, base.outputs.shown(), names.outputs);
@@ -164,7 +181,7 @@ void ShardResults::Add(Index member, FinishedSolve solve) {
   if (times == 0) return;
   const Index from = keeps_extrema_ ? 0 : times - 1;
   const v1::TrajectoryChunk chunk = ChunkToProto(solution, from, times - from, solve.outputs());
-  double* value = shard_.mutable_values()->mutable_data() + member * static_cast<Index>(columns_.size());
+  double* value = ValuesOf(member);
   for (const Column& column : columns_) {
     switch (column.quantity()) {
       case Column::QUANTITY_TIME:
@@ -175,6 +192,28 @@ void ShardResults::Add(Index member, FinishedSolve solve) {
         break;
       default:
         *value++ = ValueOf(column, chunk);
+    }
+  }
+}
+
+void ShardResults::SetEnd(Index member, FinishedSolve solve) {
+  const Solution& solution = solve.solution();
+  const auto times = static_cast<Index>(solution.times.size());
+  if (times == 0) return;
+  const v1::TrajectoryChunk last = ChunkToProto(solution, times - 1, 1, solve.outputs());
+  double* value = ValuesOf(member);
+  for (const Column& column : columns_) {
+    double& kept = *value++;
+    if (column.quantity() == Column::QUANTITY_TIME) {
+      kept = solution.times.back();
+    } else if (column.quantity() == Column::QUANTITY_ERROR) {
+      kept = solution.accuracy.error;
+    } else {
+      const double at_end = ValueOf(column, last);
+      // fmin and fmax take the number where the other is NaN.
+      kept = column.statistic() == Column::STATISTIC_SMALLEST  ? std::fmin(kept, at_end)
+             : column.statistic() == Column::STATISTIC_LARGEST ? std::fmax(kept, at_end)
+                                                               : at_end;
     }
   }
 }
@@ -204,16 +243,19 @@ absl::StatusOr<EnsembleReader> EnsembleReader::Create(jobs::JobStore& store, std
   EnsembleReader reader(store, std::move(owner), id);
   const std::string& token = request.resume_token();
   if (token.empty()) return reader;
-  const auto [stop, error] = std::from_chars(token.data(), token.data() + token.size(), reader.next_);
-  if (error != std::errc() || stop != token.data() + token.size() || reader.next_ < 0) {
-    return InvalidRequest({{"resume_token", fmt::format("{}; is not the token of a page", Quoted(token))}});
+  const std::string begin = TokenBegin(reader.id_);
+  const bool of_this_job = token.starts_with(begin);
+  const char* const end = token.data() + token.size();
+  const auto [stop, error] = std::from_chars(of_this_job ? token.data() + begin.size() : end, end, reader.next_);
+  if (error != std::errc() || stop != end || reader.next_ < 0) {
+    return InvalidRequest({{"resume_token", fmt::format("{}; is not the token of a page of this job", Quoted(token))}});
   }
   return reader;
 }
 
 v1::EnsemblePage EnsembleReader::EmptyPage() const {
   v1::EnsemblePage page;
-  page.set_resume_token(std::to_string(next_));
+  page.set_resume_token(TokenBegin(id_) + std::to_string(next_));
   return page;
 }
 
@@ -243,7 +285,7 @@ absl::StatusOr<std::optional<v1::EnsemblePage>> EnsembleReader::Next() {
   }
   read_.pop_front();
   ++next_;
-  page.set_resume_token(std::to_string(next_));
+  page.set_resume_token(TokenBegin(id_) + std::to_string(next_));
   return page;
 }
 

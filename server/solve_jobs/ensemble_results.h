@@ -21,7 +21,7 @@
 namespace dlcs {
 
 // The values to keep of each member of an ensemble of `base`. Errors: InvalidArgument naming results.x_components[k]
-// and the like for a component that does not exist.
+// and the like for a component that does not exist, is there twice or is omitted.
 absl::StatusOr<std::vector<v1::EnsembleColumn>> ColumnsOf(const v1::KeptResults& kept, const Problem& base,
                                                           const ComponentNames& names);
 
@@ -37,10 +37,18 @@ class ShardResults {
   // `member` counts from the first of the shard. Cost: one pass over the trajectory if extrema are kept.
   void Add(Index member, FinishedSolve solve);
 
+  // Of a member that was added, replaces the values at its end by those at the end of `solve`, and includes them in its
+  // extrema.
+  void SetEnd(Index member, FinishedSolve solve);
+
   // To be called once every member was added.
   jobs::ShardResult Take() &&;
 
  private:
+  double* ValuesOf(Index member) {
+    return shard_.mutable_values()->mutable_data() + member * static_cast<Index>(columns_.size());
+  }
+
   std::vector<v1::EnsembleColumn> columns_;
   bool keeps_extrema_;
   v1::EnsembleShard shard_;
@@ -51,7 +59,7 @@ class ShardResults {
 // Answers a ReadEnsembleRequest page by page; each costs a read of the store and the memory of some pages.
 class EnsembleReader {
  public:
-  // `owner` as in JobStore. Errors: InvalidArgument for a token that is not from a page.
+  // `owner` as in JobStore. Errors: InvalidArgument for a token that is not from a page of this job.
   static absl::StatusOr<EnsembleReader> Create(jobs::JobStore& store, std::optional<std::string> owner,
                                                const jobs::JobId& id, const v1::ReadEnsembleRequest& request);
 

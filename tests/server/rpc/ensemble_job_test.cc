@@ -64,6 +64,21 @@ class EnsembleJobTest : public testing::ServiceTest {
     return rows;
   }
 
+  // The empty one, and one for each shard.
+  std::vector<std::string> TokensOf(const std::string& name) {
+    grpc::ClientContext context;
+    v1::ReadEnsembleRequest request;
+    request.set_name(name);
+    const auto stub = v1::JobService::NewStub(testing::Connect(server_->address()));
+    const auto reader = stub->ReadEnsemble(&context, request);
+    std::vector<std::string> tokens = {""};
+    for (v1::EnsemblePage page; reader->Read(&page);) {
+      if (page.has_shard()) tokens.push_back(page.resume_token());
+    }
+    EXPECT_TRUE(reader->Finish().ok());
+    return tokens;
+  }
+
   jobs::testing::TemporaryFolder folder_;
   std::unique_ptr<client::Client> client_;
 };
@@ -96,11 +111,13 @@ TEST_F(EnsembleJobTest, AReaderResumesAfterAnyPage) {
   const v1::SolveJob job = Submit(SwitchingEnsemble(30, 50, 5));
   const std::vector<v1::EnsembleShard> all = Read(job.name(), true);
   ASSERT_EQ(all.size(), 6u);
+  const std::vector<std::string> tokens = TokensOf(job.name());
+  ASSERT_EQ(tokens.size(), 7u);
   for (std::size_t from = 0; from <= all.size(); ++from) {
     grpc::ClientContext context;
     v1::ReadEnsembleRequest request;
     request.set_name(job.name());
-    request.set_resume_token(std::to_string(from));
+    request.set_resume_token(tokens[from]);
     const auto stub = v1::JobService::NewStub(testing::Connect(server_->address()));
     const auto reader = stub->ReadEnsemble(&context, request);
     std::size_t next = from;
@@ -187,6 +204,21 @@ TEST_F(EnsembleJobTest, ChosenComponentsAndExtremaAreKept) {
   EXPECT_EQ(row[7], *std::ranges::max_element(w));
 }
 
+TEST_F(EnsembleJobTest, OutputTimesDoNotMoveTheEnd) {
+  v1::CreateEnsembleJobRequest request = SwitchingEnsemble(3, 100, 0);
+  const EnsembleRows expected = RowsOf(Read(Submit(request).name(), true));
+  const double horizon = request.ensemble().problem().horizon();
+  request.mutable_ensemble()->mutable_options()->add_output_times(horizon / 4);
+  testing::ExpectSameRows(RowsOf(Read(Submit(request).name(), true)), expected);
+  request.mutable_results()->set_extrema(true);
+  for (const auto& [member, row] : RowsOf(Read(Submit(request).name(), true))) {
+    EXPECT_EQ(row[0], horizon);
+    EXPECT_EQ(row[2], expected.at(member)[2]);
+    EXPECT_LE(row[3], row[2]);
+    EXPECT_GE(row[4], row[2]);
+  }
+}
+
 TEST_F(EnsembleJobTest, WhatIsWrongIsNamedBeforeAnythingIsStored) {
   v1::CreateEnsembleJobRequest request = SwitchingEnsemble(12'000, 50, 0);
   request.mutable_ensemble()->mutable_members(11'003)->add_x0(7);
@@ -197,6 +229,18 @@ TEST_F(EnsembleJobTest, WhatIsWrongIsNamedBeforeAnythingIsStored) {
   request = SwitchingEnsemble(3, 50, 0);
   request.mutable_results()->add_x_components(1);
   EXPECT_THAT(std::string(jobs().SubmitEnsemble(request, {}).status().message()), HasSubstr("results.x_components[0]"));
+  request.mutable_results()->set_x_components(0, 0);
+  request.mutable_results()->add_x_components(0);
+  EXPECT_THAT(std::string(jobs().SubmitEnsemble(request, {}).status().message()), HasSubstr("results.x_components[1]"));
+  request.mutable_results()->clear_x_components();
+  request.mutable_results()->add_x_components(0);
+  request.mutable_results()->set_omit_x(true);
+  EXPECT_THAT(std::string(jobs().SubmitEnsemble(request, {}).status().message()), HasSubstr("results.x_components"));
+  request = SwitchingEnsemble(3, 50, 0);
+  request.mutable_ensemble()->mutable_members(1)->set_horizon(0.5);
+  request.mutable_ensemble()->mutable_options()->add_output_times(0.25);
+  EXPECT_THAT(std::string(jobs().SubmitEnsemble(request, {}).status().message()),
+              HasSubstr("ensemble.options.output_times"));
   request = SwitchingEnsemble(0, 50, 0);
   EXPECT_EQ(jobs().SubmitEnsemble(request, {}).status().code(), absl::StatusCode::kInvalidArgument);
   request = SwitchingEnsemble(3, 50, -1);
@@ -262,8 +306,14 @@ TEST_F(EnsembleJobTest, ReadersAreToldWhichCallReadsWhat) {
   read.set_name(solve->name());
   EXPECT_EQ(jobs().ReadEnsemble(read, [](const auto&) {}, {}).code(), absl::StatusCode::kFailedPrecondition);
   read.set_name(ensemble.name());
-  read.set_resume_token("x");
-  EXPECT_EQ(jobs().ReadEnsemble(read, [](const auto&) {}, {}).code(), absl::StatusCode::kInvalidArgument);
+  Read(ensemble.name(), true);
+  const v1::SolveJob other = Submit(SwitchingEnsemble(3, 50, 1));
+  Read(other.name(), true);
+  for (const std::string& token : {std::string("x"), std::string("1"), TokensOf(other.name()).at(1),
+                                   TokensOf(ensemble.name()).at(1) + "0x", TokensOf(ensemble.name()).at(1) + "-1"}) {
+    read.set_resume_token(token);
+    EXPECT_EQ(jobs().ReadEnsemble(read, [](const auto&) {}, {}).code(), absl::StatusCode::kInvalidArgument) << token;
+  }
 }
 
 }  // namespace
