@@ -26,15 +26,17 @@ ProcessUse UseOf(pid_t process) {
   use.resident_mb = pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
   use.descriptors = CountEntries(folder + "/fd");
   use.threads = CountEntries(folder + "/task");
-  // Behind the name, which may hold blanks, fields 14 and 15 of proc(5) are the 12th and the 13th.
+  // Behind the name, which may hold blanks, fields 14 to 17 of proc(5) are the 12th to the 15th.
   std::ifstream file(folder + "/stat");
   const std::string text((std::istreambuf_iterator<char>(file)), {});
   std::istringstream fields(text.substr(text.rfind(')') + 1));
   std::string skipped;
   for (int k = 3; k < 14; ++k) fields >> skipped;
-  double user = 0, system = 0;
-  fields >> user >> system;
-  use.cpu_s = (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  double user = 0, system = 0, children_user = 0, children_system = 0;
+  fields >> user >> system >> children_user >> children_system;
+  const auto ticks = static_cast<double>(sysconf(_SC_CLK_TCK));
+  use.cpu_s = (user + system) / ticks;
+  use.ended_children_cpu_s = (children_user + children_system) / ticks;
   return use;
 }
 

@@ -13,6 +13,7 @@ struct ProcessUse {
   int descriptors = 0;  // open files and sockets
   int threads = 0;
   double cpu_s = 0;  // so far, of all threads
+  double ended_children_cpu_s = 0;
 };
 
 // Of the process now, from /proc.

@@ -100,7 +100,7 @@ std::vector<pid_t> ChildrenOf(pid_t pid) {
 
 }  // namespace
 
-PostgresServer::PostgresServer() {
+PostgresServer::PostgresServer(std::vector<std::string> settings) : settings_(std::move(settings)) {
   HandOver(folder_);
   Run({"cp", "-R", EmptyDatabase().File("data"), folder_.path().string()}, folder_.File("copy.log"));
   Start();
@@ -129,9 +129,12 @@ void PostgresServer::Execute(const std::string& sql) { PostgresConnection(addres
 
 void PostgresServer::Start() {
   // Also a server that is killed has written what it acknowledges: only where the machine fails is more needed.
-  pid_ = Spawn({dlcs::testing::PostgresFolder() + "/postgres", "-D", data().string(), "-k", folder_.path().string(),
-                "-c", "listen_addresses=", "-c", "shared_buffers=16MB", "-c", "fsync=off"},
-               folder_.File("server.log"));
+  std::vector<std::string> settings = {"listen_addresses=", "shared_buffers=16MB", "fsync=off"};
+  settings.insert(settings.end(), settings_.begin(), settings_.end());  // the last one counts
+  std::vector<std::string> words = {dlcs::testing::PostgresFolder() + "/postgres", "-D", data().string(), "-k",
+                                    folder_.path().string()};
+  for (const std::string& setting : settings) words.insert(words.end(), {"-c", setting});
+  pid_ = Spawn(std::move(words), folder_.File("server.log"));
   Await();
 }
 

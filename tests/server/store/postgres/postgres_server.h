@@ -18,7 +18,8 @@ namespace dlcs::jobs::testing {
 // to run as root, and then runs as the user `postgres` (or `nobody`). Ends with the test, also with one that crashes.
 class PostgresServer {
  public:
-  PostgresServer();
+  // `settings` of postgresql.conf, as "fsync=on", beside or instead of those that make tests quick.
+  explicit PostgresServer(std::vector<std::string> settings = {});
   ~PostgresServer();
   PostgresServer(const PostgresServer&) = delete;
   PostgresServer& operator=(const PostgresServer&) = delete;
@@ -41,12 +42,15 @@ class PostgresServer {
   void Freeze();
   void Thaw();
 
+  // Of the server's first process.
+  pid_t pid() const { return pid_; }
   std::filesystem::path data() const { return folder_.path() / "data"; }
 
  private:
   void Await();
   void SignalAll(int signal) const;
 
+  const std::vector<std::string> settings_;
   TemporaryFolder folder_;
   pid_t pid_ = -1;
 };
