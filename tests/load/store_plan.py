@@ -159,7 +159,7 @@ def summary(a, share, failed, queue, arrived, started, used, overhead, idle):
     wait = np.maximum(np.stack(waits, 1), 0)
     others = np.arange(len(share)) != failed
     use = used / (1e3 * a.processors)
-    ours = (wait[:, others].ravel(), arrived[:, others].ravel()) if others.any() else (wait.ravel(), arrived.ravel())
+    longest = np.where(arrived > 0, wait, 0).max(0)
     return {
         "largest": share.max() * len(share),
         "mean": use.mean(),
@@ -167,7 +167,8 @@ def summary(a, share, failed, queue, arrived, started, used, overhead, idle):
         "overhead": overhead.sum() / used.sum(),
         "p50": percentile(wait.ravel(), arrived.ravel(), 50),
         "p99": percentile(wait.ravel(), arrived.ravel(), 99),
-        "others": percentile(*ours, 99),
+        "longest": longest[failed],
+        "others": longest[others].max(initial=0),
         "idle": idle.mean() / a.workers,
         "left": queue.sum(),
     }
@@ -180,13 +181,14 @@ def main():
         print(f"{a.workers} workers on {a.processors} processors: {closed(a):.1f} jobs/s")
         return
     a.workers = a.workers or 10000
-    print("stores  largest   use of processors   of it not   wait [s] of all    others   idle     left in")
-    print("        /mean     mean  peak hottest  lives       p50     p99        p99      workers  the queue")
+    print("stores  largest  use of processors  of it not  wait [s]           longest there  idle     left in")
+    print("        /mean    mean  peak hottest   lives       p50    p99  it failed  others  workers  the queue")
     for stores in a.stores:
         s = day(a, stores)
         print(
-            f"{stores:6} {s['largest']:8.2f} {s['mean']:8.0%} {s['peak']:8.0%} {s['overhead']:14.0%}"
-            f" {s['p50']:12.0f} {s['p99']:7.0f} {s['others']:10.0f} {s['idle']:11.0%} {s['left']:12,.0f}",
+            f"{stores:6} {s['largest']:8.2f} {s['mean']:6.0%} {s['peak']:13.0%} {s['overhead']:7.0%}"
+            f" {s['p50']:9.0f} {s['p99']:6.0f} {s['longest']:10.0f} {s['others']:7.0f}"
+            f" {s['idle']:8.0%} {s['left']:10,.0f}",
             flush=True,
         )
 
