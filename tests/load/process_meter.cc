@@ -40,4 +40,18 @@ ProcessUse UseOf(pid_t process) {
   return use;
 }
 
+double FamilyCpuSeconds(pid_t process) {
+  const ProcessUse first = UseOf(process);
+  double seconds = first.cpu_s + first.ended_children_cpu_s;
+  const std::string pid = std::to_string(process);
+  std::ifstream children("/proc/" + pid + "/task/" + pid + "/children");
+  for (pid_t child = 0; children >> child;) {
+    try {
+      seconds += UseOf(child).cpu_s;
+    } catch (const std::filesystem::filesystem_error&) {  // it has just ended
+    }
+  }
+  return seconds;
+}
+
 }  // namespace dlcs::load

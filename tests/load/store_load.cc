@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "CLI/CLI.hpp"
+#include "absl/cleanup/cleanup.h"
 #include "fmt/format.h"
 #include "server/store/postgres/postgres_job_store.h"
 #include "tests/load/percentiles.h"
@@ -67,15 +68,6 @@ template <typename Value>
 Value Checked(absl::StatusOr<Value> value) {
   Check(value.status());
   return *std::move(value);
-}
-
-double ProcessorSecondsOf(const PostgresServer& server) {
-  const ProcessUse first = UseOf(server.pid());
-  double seconds = first.cpu_s + first.ended_children_cpu_s;
-  const std::string pid = std::to_string(server.pid());
-  std::ifstream children("/proc/" + pid + "/task/" + pid + "/children");
-  for (pid_t child = 0; children >> child;) seconds += UseOf(child).cpu_s;
-  return seconds;
 }
 
 // What all workers did. Claims of jobs that another worker had are lost.
@@ -226,7 +218,7 @@ void Ask(const Question& question) {
     return std::array{rows.Int(0, 0), rows.Int(0, 1), rows.Int(0, 2), rows.Int(0, 3), rows.Int(0, 4)};
   };
   const auto bytes_before = measure();
-  const double database_before = ProcessorSecondsOf(server), own_before = UseOf(getpid()).cpu_s;
+  const double database_before = FamilyCpuSeconds(server.pid()), own_before = UseOf(getpid()).cpu_s;
 
   work = {};  // that of `first`
   std::atomic<bool> stop = false;
@@ -234,6 +226,7 @@ void Ask(const Question& question) {
   for (const auto& worker : workers) {
     runs.push_back(std::async(std::launch::async, [&stop, worker = worker.get()] { worker->Run(stop); }));
   }
+  const absl::Cleanup stop_workers = [&stop] { stop = true; };  // also where something throws
   fmt::print("   until  jobs/s  claim p50    p99  list p50 ms  lost/job  dead rows\n");
   double jobs = 0;
   const auto begin = steady_clock::now();
@@ -251,7 +244,7 @@ void Ask(const Question& question) {
     last = now;
     jobs += count;
   }
-  const double seconds = Since(begin), database = ProcessorSecondsOf(server) - database_before,
+  const double seconds = Since(begin), database = FamilyCpuSeconds(server.pid()) - database_before,
                own = UseOf(getpid()).cpu_s - own_before;
   stop = true;
   for (std::future<void>& run : runs) run.get();  // throws what it threw
