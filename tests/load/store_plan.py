@@ -56,9 +56,8 @@ def arguments():
     return parser.parse_args()
 
 
-# The set-up of store_load.
-
-COMMITS = [True, True, False, True, True, True]  # whether each notifies: create, claim, renew, two windows, finish
+# Of the set-up of store_load, whether each commit notifies: create, claim, renew, two windows, finish.
+COMMITS = [True, True, False, True, True, True]
 
 
 def closed(a, seconds=100.0):
@@ -92,9 +91,6 @@ def closed(a, seconds=100.0):
             flushing, plain, notifying = plain + notifying[:1], [], notifying[1:]
             heapq.heappush(events, (now + 1e-3 * a.flush_ms, -1, "flushed"))
     return sum(done) / len(COMMITS) / seconds
-
-
-# The day.
 
 
 def shape(second):
