@@ -206,9 +206,11 @@ TEST_F(EnsembleJobTest, ChosenComponentsAndExtremaAreKept) {
 
 TEST_F(EnsembleJobTest, OutputTimesDoNotMoveTheEnd) {
   v1::CreateEnsembleJobRequest request = SwitchingEnsemble(3, 100, 0);
-  const EnsembleRows expected = RowsOf(Read(Submit(request).name(), true));
   const double horizon = request.ensemble().problem().horizon();
   request.mutable_ensemble()->mutable_options()->add_output_times(horizon / 4);
+  v1::SolveEnsembleRequest with_end = request.ensemble();
+  with_end.mutable_options()->add_output_times(horizon);
+  const EnsembleRows expected = testing::SolveEnsembleHere(with_end);
   testing::ExpectSameRows(RowsOf(Read(Submit(request).name(), true)), expected);
   request.mutable_results()->set_extrema(true);
   for (const auto& [member, row] : RowsOf(Read(Submit(request).name(), true))) {
