@@ -465,6 +465,20 @@ TEST_F(JobCommandsTest, WhatIsKeptOfAMemberThatBreaksDownDependsOnNoOption) {
   EXPECT_EQ(ends.size(), 1U) << fmt::format("{}", fmt::join(ends, "; "));
 }
 
+TEST_F(JobCommandsTest, ATableSaysHowManyFailuresItDoesNotTell) {
+  const std::string members = folder_.File("members.csv");
+  std::ofstream stream(members);
+  stream << "x1\n";
+  for (int k = 0; k < 30; ++k) stream << "-1\n";
+  stream.close();
+  const std::string job = Detach("ensemble - " + members + " --steps 10",
+                                 R"json({"A": [[0]], "B": [[1]], "N": [[1]], "M": [[-1]], "x0": [1], "T": 1})json");
+  const ProgramOutcome table = Dlcs("result " + job);
+  EXPECT_EQ(table.code, 1) << table.err;
+  EXPECT_THAT(table.out,
+              AllOf(HasSubstr("Member 9: "), Not(HasSubstr("Member 10: ")), HasSubstr("and 20 more failed")));
+}
+
 TEST_F(JobCommandsTest, APeriodTakesThePlaceOfTheEnd) {
   constexpr const char* kDriven = R"json({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [0], "T": 2,
                                           "f": ["0"], "g": ["-sin(2*pi*t)"]})json";
