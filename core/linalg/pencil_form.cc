@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/linalg/balance.h"
@@ -58,11 +57,7 @@ std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, In
   const Shifted shifted = ChooseShift(E_in_units, F_in_units, duration);
   if (!(shifted.condition > 0)) return std::nullopt;
   const Matrix inverse_in_units = shifted.factors->Solve(Matrix(shifted.row_scale.asDiagonal()));
-  // A coupling of rounding would count as one, and choose the units of what it couples.
-  constexpr double kRoundingOfSums = 64 * std::numeric_limits<double>::epsilon();
-  const Matrix terms = inverse_in_units.cwiseAbs() * E_in_units.cwiseAbs();
   Matrix G = inverse_in_units * E_in_units;
-  G = (G.array().abs() <= kRoundingOfSums * terms.array()).select(0, G);
   if (!G.allFinite()) return std::nullopt;
   const BalancedMatrix balanced = Balance(G);
   Vector further(m);

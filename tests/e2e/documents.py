@@ -103,7 +103,7 @@ def _kind_of(block: List[str]) -> str:
 def is_program(word: str) -> bool:
     if word in _LETTERS:
         return False
-    return word in _PROGRAMS or word.startswith(("deploy/", "build/")) or shutil.which(word) is not None
+    return word in _PROGRAMS or word.startswith(("deploy/", "build/", "tests/")) or shutil.which(word) is not None
 
 
 def commands_of(block: Block) -> List[Command]:

@@ -73,7 +73,8 @@ class Metamorphic : public ::testing::TestWithParam<double> {
                   const std::string& what) {
     const Answer first = Solved(system, tolerance()), second = Solved(changed, tolerance());
     EXPECT_EQ(VerdictName(first.verdict.kind), std::string(VerdictName(second.verdict.kind)))
-        << "seed " << system.seed << ", " << what << ": " << first.verdict.text << " / " << second.verdict.text;
+        << "seed " << system.seed << ", " << what << ": " << first.verdict.text << " / " << second.verdict.text
+        << (second.verdict.concerns.empty() ? "" : "\n" + second.verdict.concerns.front());
     if (first.verdict.kind != VerdictKind::kSolved || second.verdict.kind != VerdictKind::kSolved) return;
     const Matrix x = units.cwiseInverse().asDiagonal() * second.x.topRows(units.size());
     EXPECT_LE(Difference(first.x, x), allowed) << "seed " << system.seed << ", " << what << ", " << system.traits;
@@ -142,8 +143,8 @@ TEST_P(Metamorphic, Permuted) {
     const System permuted = Permuted(system, states, pairs);
     const Answer first = Solved(system, tolerance()), second = Solved(permuted, tolerance());
     EXPECT_EQ(VerdictName(first.verdict.kind), std::string(VerdictName(second.verdict.kind)))
-        << "seed " << system.seed << ", " << system.traits << ": " << first.verdict.text << " / "
-        << second.verdict.text;
+        << "seed " << system.seed << ", " << system.traits << ": " << first.verdict.text << " / " << second.verdict.text
+        << (second.verdict.concerns.empty() ? "" : "\n" + second.verdict.concerns.front());
     if (first.verdict.kind != VerdictKind::kSolved || second.verdict.kind != VerdictKind::kSolved) continue;
     EXPECT_LE(Difference(first.x, second.x.colwise().reverse()), 2 * asked())
         << "seed " << system.seed << ", " << system.traits;

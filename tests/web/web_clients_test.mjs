@@ -274,6 +274,23 @@ describe("clients from npm", () => {
         assert.equal((await failure(unary("GetSolveJob", { name: job }))).code, Code.NotFound);
       });
 
+      test("an ensemble that is a job: created, followed, resumed", async () => {
+        const { unary, stream } = using(dlcsd);
+        const members = Array.from({ length: 5 }, (_, k) => ({ x0: [k] }));
+        const given = { ensemble: { ...short, members }, shardMembers: 2 };
+        const { name: job, ensemble } = await unary("CreateEnsembleJob", given);
+        assert.equal(Number(ensemble.members), members.length);
+        const pages = await all(stream("ReadEnsemble", { name: job, follow: true }));
+        assert.equal(pages.at(-1).complete, true);
+        const first = ({ shard }) => Number(shard.firstMember);
+        const shards = pages.filter(({ shard }) => shard);
+        assert.deepEqual(shards.map(first).sort(), [0, 2, 4]);
+        assert.equal(shards.flatMap(({ shard }) => shard.outcomes).length, members.length);
+        const rest = await all(stream("ReadEnsemble", { name: job, resumeToken: shards[0].resumeToken }));
+        assert.deepEqual(rest.filter(({ shard }) => shard).map(first), shards.slice(1).map(first));
+        await unary("DeleteSolveJob", { name: job });
+      });
+
       test("an uploaded problem", async () => {
         const { client, unary, stream } = using(dlcsd);
         const upload = methods.get("UploadProblem");
