@@ -20,10 +20,8 @@ std::string NotSupported(const std::string& name, char kind) {
     case 'z':
       return fmt::format(
           "{}: of transistors only MOSFETs (M) are read, as switches. Replace one that is turned on and off by a "
-          "switch "
-          "S; a bipolar one and an IGBT conduct in one direction only: by a switch in series with a diode whose VFWD "
-          "is "
-          "its saturation voltage",
+          "switch S; a bipolar one and an IGBT conduct in one direction only: by a switch in series with a diode whose "
+          "VFWD is its saturation voltage",
           name);
     case 't':
     case 'o':

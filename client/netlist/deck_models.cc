@@ -18,18 +18,31 @@ namespace {
 
 constexpr double kThermalVoltage = 1.380649e-23 * 300.15 / 1.602176634e-19;  // at 27 degrees, as SPICE has it
 
-// The numbers of a model: each name must be in `known` or in `ignored`.
-absl::StatusOr<std::map<std::string, double>> ValuesOf(const DeckModel& model, const std::string& name,
-                                                       ParameterScope& scope, DeckNotes& notes,
-                                                       const std::set<std::string>& known,
-                                                       const std::set<std::string>& ignored) {
-  std::map<std::string, double> values;
+// The numbers of a model by their names.
+class ModelValues {
+ public:
+  double At(const std::string& key, double otherwise) const {
+    const auto place = values_.find(key);
+    return place == values_.end() ? otherwise : place->second;
+  }
+  bool Has(const std::string& key) const { return values_.contains(key); }
+  void Set(const std::string& key, double value) { values_[key] = value; }
+
+ private:
+  std::map<std::string, double> values_;
+};
+
+// The numbers of `model`: each name must be in `known` or in `ignored`.
+absl::StatusOr<ModelValues> ValuesOf(const DeckModel& model, const std::string& name, ParameterScope& scope,
+                                     DeckNotes& notes, const std::set<std::string>& known,
+                                     const std::set<std::string>& ignored) {
+  ModelValues values;
   std::vector<std::string> left_out;
   for (const auto& [key, word] : model.values) {
     if (known.contains(key)) {
       const auto value = ValueOf(*model.line, word, scope, notes);
       if (!value.ok()) return value.status();
-      values[key] = *value;
+      values.Set(key, *value);
     } else if (ignored.contains(key)) {
       left_out.push_back(key);
     } else {
@@ -89,15 +102,11 @@ absl::StatusOr<DiodeModel> DiodeOf(const DeckModel& model, const std::string& na
       "ibv",  "nbv",  "ibvl", "nbvl", "tnom", "tref",    "isr",        "nr",   "ikf",  "ik",   "ikr",   "jsw",  "cjp",
       "cjsw", "php",  "mjsw", "fcs",  "trs1", "trs2",    "tbv1",       "tbv2", "tcv",  "tikf", "level", "vpk",  "ipk",
       "iave", "irms", "diss", "mfg",  "type", "epsilon", "revepsilon", "tcjo", "xtun", "trs",  "pj",    "area", "vp"};
-  const auto found = ValuesOf(model, name, scope, notes, kKnown, kIgnored);
-  if (!found.ok()) return found.status();
-  const std::map<std::string, double>& values = *found;
-  const auto at = [&values](const std::string& key, double otherwise) {
-    const auto place = values.find(key);
-    return place == values.end() ? otherwise : place->second;
-  };
+  const auto values = ValuesOf(model, name, scope, notes, kKnown, kIgnored);
+  if (!values.ok()) return values.status();
+  const auto at = [&values](const std::string& key, double otherwise) { return values->At(key, otherwise); };
   DiodeModel diode;
-  const bool is_linear = values.contains("vfwd") || values.contains("ron") || values.contains("roff");
+  const bool is_linear = values->Has("vfwd") || values->Has("ron") || values->Has("roff");
   std::string rule;
   if (options.diode == DiodeRule::kIdeal) {
     rule = "ideal, as --diode ideal asks";
@@ -132,14 +141,10 @@ absl::StatusOr<SwitchModel> SwitchOf(const DeckModel& model, const std::string& 
   const std::string threshold = by_voltage ? "vt" : "it", hysteresis = by_voltage ? "vh" : "ih";
   const auto values = ValuesOf(model, name, scope, notes, {"ron", "roff", threshold, hysteresis}, {});
   if (!values.ok()) return values.status();
-  const auto value = [&](const std::string& key, double otherwise) {
-    const auto place = values->find(key);
-    return place == values->end() ? otherwise : place->second;
-  };
-  return SwitchModel{.threshold = value(threshold, 0),
-                     .hysteresis = value(hysteresis, 0),
-                     .on_resistance = value("ron", 1),
-                     .off_resistance = value("roff", std::numeric_limits<double>::infinity())};
+  return SwitchModel{.threshold = values->At(threshold, 0),
+                     .hysteresis = values->At(hysteresis, 0),
+                     .on_resistance = values->At("ron", 1),
+                     .off_resistance = values->At("roff", std::numeric_limits<double>::infinity())};
 }
 
 absl::StatusOr<TransistorModel> TransistorOf(const DeckModel& model, const std::string& name,
@@ -155,13 +160,9 @@ absl::StatusOr<TransistorModel> TransistorOf(const DeckModel& model, const std::
       "cgdmax", "cgdmin", "cgs",   "cjo",    "vj",    "m",     "tt",          "eg",          "xti",      "ibv",
       "nbv",    "a",      "rthjc", "lambda", "bex",   "vtotc", "tksubthres1", "tksubthres2", "texp0",    "texp1",
       "trb1",   "trs1",   "trd1",  "trg1",   "w",     "l"};
-  const auto found = ValuesOf(model, name, scope, notes, kKnown, kIgnored);
-  if (!found.ok()) return found.status();
-  const std::map<std::string, double>& values = *found;
-  const auto at = [&values](const std::string& key, double otherwise) {
-    const auto place = values.find(key);
-    return place == values.end() ? otherwise : place->second;
-  };
+  const auto values = ValuesOf(model, name, scope, notes, kKnown, kIgnored);
+  if (!values.ok()) return values.status();
+  const auto at = [&values](const std::string& key, double otherwise) { return values->At(key, otherwise); };
   const auto fail = [&](const std::string& why) {
     return DeckError(model.line->Place(model.offset), fmt::format(".model {}: {}", name, why));
   };
@@ -172,7 +173,7 @@ absl::StatusOr<TransistorModel> TransistorOf(const DeckModel& model, const std::
   }
   constexpr double kGate = 10;  // V
   TransistorModel made;
-  made.is_p = model.type == "pmos" || (is_power && values.contains("pchan"));
+  made.is_p = model.type == "pmos" || (is_power && values->Has("pchan"));
   const double given = at("vto", at("vt0", at("vth0", 0)));
   const double threshold = made.is_p ? -given : given;
   if (!(threshold < kGate)) {
@@ -197,7 +198,7 @@ absl::StatusOr<TransistorModel> TransistorOf(const DeckModel& model, const std::
       ".model {}: a switch, closed where the gate is more than {:g} V {} the source, with {:.6g} ohm ({}), and a body "
       "diode with {:.6g} V and {:.6g} ohm ({})",
       name, threshold, made.is_p ? "below" : "above", made.switching.on_resistance,
-      values.contains("ron") ? "RON" : fmt::format("RD + RS + the channel at {:g} V", kGate), made.body_diode.forward,
+      values->Has("ron") ? "RON" : fmt::format("RD + RS + the channel at {:g} V", kGate), made.body_diode.forward,
       made.body_diode.on_resistance, rule));
   return made;
 }

@@ -10,6 +10,7 @@
 #include "core/circuits/linear_network.h"
 #include "core/lcp/dense/basic_solutions.h"
 #include "core/linalg/balance.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/linear_program.h"
 #include "core/matrix_classes/matrix_class.h"
 
@@ -35,14 +36,14 @@ struct PartSolutions {
 
 // One solution of LCP(q, M) that stands for a convex set of them. Of no decision if M has no class for that, or if
 // some of `rows` is open in the set.
-PartSolutions SolveMonotone(const Matrix& M, const Vector& q, const Vector& tolerance, const Matrix& rows) {
+PartSolutions SolveMonotone(const Matrix& M, const MatrixClass& known, const Vector& q, const Vector& tolerance,
+                            const Matrix& rows) {
   PartSolutions part;
   const Index n = q.size();
   if (n == 0) {
     part.all.push_back({Vector(0), {}});
     return part;
   }
-  const MatrixClass known = Classify(M);
   if (!known.p.yes() && !known.positive_semidefinite.yes()) return {{}, false, -1};
   PartSolution solution{Vector(n), Basis(AsSize(n), 0)};
   const auto solver = MakeLcpSolver(M, known.p.yes() ? Selection::kUnique : Selection::kLeastNorm);
@@ -82,10 +83,7 @@ class ScaledFactors {
 
 // Of the determinant of M in a basis; 0 if it is singular.
 int SignIn(const Matrix& M, const Basis& basis) {
-  Indices set;
-  for (std::size_t k = 0; k < basis.size(); ++k) {
-    if (basis[k]) set.push_back(static_cast<Index>(k));
-  }
+  const Indices set = IndicesOf(basis);
   if (set.empty()) return 1;
   const ScaledFactors factors(M(set, set));
   return !factors.is_regular() ? 0 : factors.determinant() < 0 ? -1 : 1;
@@ -203,7 +201,8 @@ class ClampTrials {
       q += to_rest * constant;
       rows += rows_(Eigen::all, active) * of_rest;
     }
-    PartSolutions part = SolveMonotone(M, q, tolerance, rows);
+    const MatrixClass known = rest.empty() ? MatrixClass() : Classify(M);
+    PartSolutions part = SolveMonotone(M, known, q, tolerance, rows);
     std::vector<PartSolution> kept;
     for (const PartSolution& one : part.all) {
       PartSolution whole{Vector::Zero(q_.size()), Basis(AsSize(q_.size()), 0)};
@@ -282,7 +281,7 @@ class BlockSearch {
     needs_.resize(blocks_.size());
     std::vector<bool> is_needed(blocks_.size(), false);
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
-      const MatrixClass known = Classify(M_(blocks_[b], blocks_[b]));
+      const MatrixClass& known = classes_.emplace_back(Classify(M_(blocks_[b], blocks_[b])));
       if (!known.p.yes() && !known.positive_semidefinite.yes()) is_needed[b] = true;
       for (std::size_t c = 0; c < b; ++c) {
         if (!is_needed[c]) continue;
@@ -304,7 +303,7 @@ class BlockSearch {
     Matrix rows(NumNeeds(b) + observed_.rows(), M.cols());
     rows.topRows(NumNeeds(b)) = M_(needs_[b], block);
     rows.bottomRows(observed_.rows()) = observed_(Eigen::all, block);
-    PartSolutions part = SolveMonotone(M, q, tolerance, rows);
+    PartSolutions part = SolveMonotone(M, classes_[b], q, tolerance, rows);
     if (part.is_decided || part.open_row >= 0) return part;
     ClampTrials trials(M, q, tolerance, rows);
     for (const ClampBranches& clamp : clamps_) {
@@ -386,6 +385,7 @@ class BlockSearch {
   const std::vector<ClampBranches>& clamps_;
   const Vector& sign_;
   std::vector<Indices> blocks_;
+  std::vector<MatrixClass> classes_;
   std::vector<Indices> needs_;
 };
 

@@ -2,11 +2,12 @@
 
 #include "core/event_driven/mode_search.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "core/lcp/dense/history_solver.h"
 
 namespace dlcs {
 namespace {
@@ -23,23 +24,6 @@ constexpr double kOfNoise = 1.0 / 16;
 constexpr double kMinOfTime = 1e-14;
 // Modes are kept until there are so many, and then all forgotten.
 constexpr std::size_t kKeptModes = 256;
-
-std::vector<Index> ActiveIn(const Basis& basis) {
-  std::vector<Index> active;
-  for (std::size_t i = 0; i < basis.size(); ++i) {
-    if (basis[i]) active.push_back(static_cast<Index>(i));
-  }
-  return active;
-}
-
-// Of M in a basis; 0 if it is singular.
-int SignOfDeterminant(const Matrix& M, const Basis& basis) {
-  const std::vector<Index> active = ActiveIn(basis);
-  if (active.empty()) return 1;
-  const Eigen::FullPivLU<Matrix> factors(Matrix(M(active, active)));
-  if (!factors.isInvertible()) return 0;
-  return factors.determinant() < 0 ? -1 : 1;
-}
 
 // One where the four lowest derivatives of state i may depend on state j, else zero. What is farther away is smaller
 // than rounding, and of wrong signs where a step is a Padé approximation.
@@ -128,7 +112,7 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   ++lcps_;
   if (proposal.verdict != LcpStatus::kSolved) return proposal;
   proposal.kept_selection = solver.KeptSelection();
-  proposal.mode = ModeOf(ActiveIn(basis_), sizes);
+  proposal.mode = ModeOf(IndicesOf(basis_), sizes);
   return proposal;
 }
 

@@ -96,34 +96,36 @@ Matrix Scaled(const Matrix& A, const Exponents& e) {
 
 // Units in which the entries of a tree that reaches every state from the first have one exponent, the mean along a
 // circle of the graph: neither depends on the units in which A is given. A is irreducible.
-struct UnitsFromTree {
-  explicit UnitsFromTree(const Matrix& A) : e(A.rows(), 0) {
-    const Index size = A.rows();
-    std::vector<Index> reached = {0}, parent(size, -1);
-    for (std::size_t next = 0; next < reached.size(); ++next) {
-      const Index i = reached[next];
-      for (Index j = 1; j < size; ++j) {
-        if (j == i || parent[j] >= 0 || A(i, j) == 0) continue;
-        parent[j] = i;
-        reached.push_back(j);
-      }
-    }
-    Index last = 0;
-    for (const Index i : reached) {
-      if (i == 0 || A(i, 0) == 0) continue;
-      last = i;
-      break;
-    }
-    long sum = ExponentOf(A(last, 0)), length = 1;
-    for (Index i = last; i != 0; i = parent[i]) sum += ExponentOf(A(parent[i], i)), ++length;
-    mean = static_cast<int>(std::floor(static_cast<double>(sum) / static_cast<double>(length)));
-    for (const Index j : reached) {
-      if (j != 0) e[j] = e[parent[j]] + mean - ExponentOf(A(parent[j], j));
+struct TreeUnits {
+  Exponents e;
+  int mean;  // the exponent of the entries
+};
+TreeUnits UnitsFromTree(const Matrix& A) {
+  const Index size = A.rows();
+  std::vector<Index> reached = {0}, parent(size, -1);
+  for (std::size_t next = 0; next < reached.size(); ++next) {
+    const Index i = reached[next];
+    for (Index j = 1; j < size; ++j) {
+      if (j == i || parent[j] >= 0 || A(i, j) == 0) continue;
+      parent[j] = i;
+      reached.push_back(j);
     }
   }
-  Exponents e;
-  int mean;
-};
+  Index last = 0;
+  for (const Index i : reached) {
+    if (i == 0 || A(i, 0) == 0) continue;
+    last = i;
+    break;
+  }
+  long sum = ExponentOf(A(last, 0)), length = 1;
+  for (Index i = last; i != 0; i = parent[i]) sum += ExponentOf(A(parent[i], i)), ++length;
+  const int mean = static_cast<int>(std::floor(static_cast<double>(sum) / static_cast<double>(length)));
+  Exponents e(size, 0);
+  for (const Index j : reached) {
+    if (j != 0) e[j] = e[parent[j]] + mean - ExponentOf(A(parent[j], j));
+  }
+  return {std::move(e), mean};
+}
 
 // The exponents that bring all entries of `A` nearest to 2^mean, in the sum of the squares of their logarithms: exact
 // where a symmetric matrix was given in other units. Absent where there are none.
@@ -186,7 +188,7 @@ void EvenOut(Matrix& A, Exponents& e) {
 void BalanceBlock(const Matrix& A, std::vector<Index>& states, Exponents& e) {
   const Index size = static_cast<Index>(states.size());
   const Matrix given = A(states, states);
-  const UnitsFromTree tree(given);
+  const TreeUnits tree = UnitsFromTree(given);
   e = tree.e;
   Matrix block = Scaled(given, e);
   std::optional<Exponents> nearest;

@@ -33,8 +33,9 @@ std::vector<std::vector<Index>> StronglyConnected(const Eigen::Ref<const Matrix>
 //
 // Only powers of two multiply, so nothing is rounded (but what underflows). Changing the units of states by powers of
 // two does not change a block: the result is the same to the bit if the order is the same. Changing the unit of time
-// only multiplies the matrix. Entries that are not finite: no scaling. Cost: some ten passes over the entries. Source:
-// [Parlett & Reinsch 1969] Balancing a matrix for calculation of eigenvalues and eigenvectors. Numer. Math. 13.
+// only multiplies the matrix. Entries that are not finite: no scaling. Cost: some twenty passes over the entries, and
+// 2/3 k³ operations for a block of k states. Source: [Parlett & Reinsch 1969] Balancing a matrix for calculation of
+// eigenvalues and eigenvectors. Numer. Math. 13.
 BalancedMatrix Balance(const Matrix& A);
 
 // Another matrix of the same states, in the order and units of `balanced`; and back.

@@ -54,6 +54,11 @@ double Difference(const Matrix& first, const Matrix& second) {
   return worst;
 }
 
+// With the first of its concerns.
+std::string TextOf(const Verdict& verdict) {
+  return verdict.concerns.empty() ? verdict.text : verdict.text + " (" + verdict.concerns.front() + ")";
+}
+
 // Systems of several classes with one solution each, as the generator draws them.
 std::vector<System> SomeSystems() {
   std::vector<System> systems;
@@ -73,8 +78,7 @@ class Metamorphic : public ::testing::TestWithParam<double> {
                   const std::string& what) {
     const Answer first = Solved(system, tolerance()), second = Solved(changed, tolerance());
     EXPECT_EQ(VerdictName(first.verdict.kind), std::string(VerdictName(second.verdict.kind)))
-        << "seed " << system.seed << ", " << what << ": " << first.verdict.text << " / " << second.verdict.text
-        << (second.verdict.concerns.empty() ? "" : "\n" + second.verdict.concerns.front());
+        << "seed " << system.seed << ", " << what << ": " << TextOf(first.verdict) << " / " << TextOf(second.verdict);
     if (first.verdict.kind != VerdictKind::kSolved || second.verdict.kind != VerdictKind::kSolved) return;
     const Matrix x = units.cwiseInverse().asDiagonal() * second.x.topRows(units.size());
     EXPECT_LE(Difference(first.x, x), allowed) << "seed " << system.seed << ", " << what << ", " << system.traits;
@@ -143,8 +147,8 @@ TEST_P(Metamorphic, Permuted) {
     const System permuted = Permuted(system, states, pairs);
     const Answer first = Solved(system, tolerance()), second = Solved(permuted, tolerance());
     EXPECT_EQ(VerdictName(first.verdict.kind), std::string(VerdictName(second.verdict.kind)))
-        << "seed " << system.seed << ", " << system.traits << ": " << first.verdict.text << " / " << second.verdict.text
-        << (second.verdict.concerns.empty() ? "" : "\n" + second.verdict.concerns.front());
+        << "seed " << system.seed << ", " << system.traits << ": " << TextOf(first.verdict) << " / "
+        << TextOf(second.verdict);
     if (first.verdict.kind != VerdictKind::kSolved || second.verdict.kind != VerdictKind::kSolved) continue;
     EXPECT_LE(Difference(first.x, second.x.colwise().reverse()), 2 * asked())
         << "seed " << system.seed << ", " << system.traits;

@@ -10,8 +10,6 @@
 #include <string_view>
 #include <utility>
 
-#include "client/cli/output/result_arrays.h"
-
 namespace dlcs::client {
 
 bool IsOfArrays(OutputFormat format) { return format >= OutputFormat::kNpy; }
@@ -39,21 +37,30 @@ absl::Status WriteArrays(OutputFormat format, const std::string& title, const So
   switch (format) {
     case OutputFormat::kNpy:
       return WriteNpy(result, out);
-    case OutputFormat::kNpz:
-      return WriteNpz(ArraysOf(title, result), out);
-    case OutputFormat::kHdf5:
-      return WriteHdf5(ArraysOf(title, result), out);
-    case OutputFormat::kMat:
-      return WriteMat(ArraysOf(title, result), out);
     case OutputFormat::kRaw:
       return WriteRaw(title, result, out);
+    default:
+      return WriteArrays(format, ArraysOf(title, result), out);
+  }
+}
+
+absl::Status WriteArrays(OutputFormat format, const ResultArrays& all, std::FILE* out) {
+  switch (format) {
+    case OutputFormat::kNpz:
+      return WriteNpz(all, out);
+    case OutputFormat::kHdf5:
+      return WriteHdf5(all, out);
+    case OutputFormat::kMat:
+      return WriteMat(all, out);
+    case OutputFormat::kNpy:
+    case OutputFormat::kRaw:
     case OutputFormat::kTable:
     case OutputFormat::kJson:
     case OutputFormat::kCsv:
     case OutputFormat::kName:
       break;
   }
-  return absl::InternalError("is no format of arrays");
+  return absl::InternalError("is no format of any arrays");
 }
 
 absl::Status WithFile(const absl::Status& error, const std::string& path) {

@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "client/cli/commands/commands.h"
+#include "client/cli/output/result_arrays.h"
 #include "client/result/solve_result.h"
 
 namespace dlcs::client {
@@ -26,6 +27,9 @@ std::optional<NamedFormat> FormatByEnding(const std::string& path);
 
 // Writes `result` to `out`, an empty file, in a `format` of arrays. Errors: as in client/cli/output/result_arrays.h.
 absl::Status WriteArrays(OutputFormat format, const std::string& title, const SolveResult& result, std::FILE* out);
+
+// The same of any arrays: .npz, HDF5 or .mat.
+absl::Status WriteArrays(OutputFormat format, const ResultArrays& all, std::FILE* out);
 
 // `error` about the file at `path`: "cannot write FILE: ...".
 absl::Status WithFile(const absl::Status& error, const std::string& path);

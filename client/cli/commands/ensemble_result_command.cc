@@ -14,22 +14,6 @@
 #include "client/cli/output/terminal.h"
 
 namespace dlcs::client {
-namespace {
-
-absl::Status WriteEnsembleArrays(OutputFormat format, const ResultArrays& all, std::FILE* out) {
-  switch (format) {
-    case OutputFormat::kNpz:
-      return WriteNpz(all, out);
-    case OutputFormat::kHdf5:
-      return WriteHdf5(all, out);
-    case OutputFormat::kMat:
-      return WriteMat(all, out);
-    default:
-      return absl::InvalidArgumentError("the results of an ensemble are a table, csv, json, npz, hdf5 or mat");
-  }
-}
-
-}  // namespace
 
 ExitCode PrintEnsemble(JobClient& client, const ResultCommand& command, const v1::SolveJob& job,
                        const CallLimits& limits) {
@@ -38,6 +22,10 @@ ExitCode PrintEnsemble(JobClient& client, const ResultCommand& command, const v1
         absl::InvalidArgumentError("--at, --stride, --from and --to select times of a solve; an ensemble keeps the "
                                    "end of each member"),
         kBadInput);
+  }
+  if (command.format == OutputFormat::kNpy || command.format == OutputFormat::kRaw) {
+    return PrintError(absl::InvalidArgumentError("the results of an ensemble are a table, csv, json, npz, hdf5 or mat"),
+                      kBadInput);
   }
   const auto output = OpenOutput(command.output);
   if (!output.ok()) return PrintError(output.status(), kBadInput);
@@ -65,7 +53,7 @@ ExitCode PrintEnsemble(JobClient& client, const ResultCommand& command, const v1
   if (!ended.ok()) return PrintError(ended.status(), ExitCodeOf(ended.status()));
   if (command.format == OutputFormat::kTable) values->PrintTable(TitleOf(*ended), WidthOf(out), out);
   if (IsOfArrays(command.format)) {
-    const absl::Status status = WriteEnsembleArrays(command.format, values->Arrays(*ended), out);
+    const absl::Status status = WriteArrays(command.format, values->Arrays(*ended), out);
     if (!status.ok()) {
       return *output ? PrintError(WithFile(status, (*output)->path()), kBadInput) : PrintError(status, kBadInput);
     }

@@ -165,7 +165,7 @@ namespace {
 std::string MembersText(const v1::SolveJob& job) {
   if (!job.has_ensemble()) return "";
   const v1::EnsembleCounts& counts = job.ensemble().counts();
-  const std::int64_t ended = counts.solved() + counts.reached() + counts.failed();
+  const std::int64_t ended = Ended(counts);
   return fmt::format(" ({}{} of {} members missing)", ended > 0 ? CountText(counts) + ", " : "",
                      job.ensemble().members() - ended, job.ensemble().members());
 }

@@ -14,6 +14,7 @@
 #include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {
+
 ExitCode Run(const SubmitCommand& command) {
   const auto input = ProblemInput::Read(command.solve.problem_path, command.target.server, command.solve.rule);
   if (!input.ok()) return PrintError(input.status(), kBadInput);

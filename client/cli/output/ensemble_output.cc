@@ -134,4 +134,6 @@ std::string CountText(const v1::EnsembleCounts& counts) {
   return CountText(summary);
 }
 
+std::int64_t Ended(const v1::EnsembleCounts& counts) { return counts.solved() + counts.reached() + counts.failed(); }
+
 }  // namespace dlcs::client

@@ -46,6 +46,8 @@ std::string CountText(const v1::EnsembleSummary& summary);
 
 // The same of an ensemble that is a job.
 std::string CountText(const v1::EnsembleCounts& counts);
+// Members that have an outcome.
+std::int64_t Ended(const v1::EnsembleCounts& counts);
 
 // A header member,label,t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of a member.
 void PrintMemberCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, std::FILE* out);

@@ -190,7 +190,7 @@ void EnsembleValues::Add(const v1::EnsembleShard& shard) {
 }
 
 void EnsembleValues::PrintTable(const std::string& title, int width, std::FILE* out) const {
-  const std::int64_t ended = counts_.solved() + counts_.reached() + counts_.failed();
+  const std::int64_t ended = Ended(counts_);
   const std::string missing =
       ended < ensemble_.members() ? fmt::format(", {} missing", ensemble_.members() - ended) : "";
   fmt::print(out, "{}: {}{}\n", title, ended > 0 ? CountText(counts_) : "no results", missing);

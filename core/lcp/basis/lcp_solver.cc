@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/basis/lcp_solver.h"
 
+#include <cstddef>
+
 namespace dlcs {
 
 const char* LcpStatusName(LcpStatus verdict) {
@@ -19,6 +21,14 @@ const char* LcpStatusName(LcpStatus verdict) {
       return "NON_FINITE";
   }
   return "UNKNOWN";
+}
+
+std::vector<Index> IndicesOf(const Basis& basis) {
+  std::vector<Index> indices;
+  for (std::size_t i = 0; i < basis.size(); ++i) {
+    if (basis[i]) indices.push_back(static_cast<Index>(i));
+  }
+  return indices;
 }
 
 }  // namespace dlcs

@@ -26,6 +26,9 @@ const char* LcpStatusName(LcpStatus verdict);  // "SOLVED", "INFEASIBLE", ...
 // Which y_i are basic (may be positive). It is both the warm start of a solve and part of its result.
 using Basis = std::vector<std::uint8_t>;
 
+// { i : basis[i] }, increasing.
+std::vector<Index> IndicesOf(const Basis& basis);
+
 // How a solve went, for statistics and messages.
 struct LcpStats {
   Index pivots = 0;         // basic variables exchanged

@@ -57,16 +57,8 @@ Basis BasisOf(unsigned subset, Index n) {
   return basis;
 }
 
-std::vector<Index> IndicesOf(const Basis& basis) {
-  std::vector<Index> S;
-  for (std::size_t i = 0; i < basis.size(); ++i) {
-    if (basis[i]) S.push_back(static_cast<Index>(i));
-  }
-  return S;
-}
-
 LcpStatus Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)>& preferred, BasisPoint& point,
-                     Basis& basis, Eigen::Ref<Vector> y) {
+                    Basis& basis, Eigen::Ref<Vector> y) {
   const Index n = lcp.size();
   std::vector<unsigned> undecided;  // bases without a point, or with one that is not accurate
   bool found = false;

@@ -18,9 +18,6 @@ inline constexpr Index kMaxEnumerationSize = kMaxSolutionEnumeration;
 // Index i is basic when bit i of `subset` is set.
 Basis BasisOf(unsigned subset, Index n);
 
-// S = { i : basis[i] }, increasing.
-std::vector<Index> IndicesOf(const Basis& basis);
-
 // Whether a solution with the support in S exists: y_S >= 0, y = 0 elsewhere, w_S = 0, w >= 0, for M and q as they
 // stand, in exact arithmetic. Unknown where the entries are too far apart in size.
 FeasiblePoint SolveFaceExactly(const Matrix& M, const Vector& q, const std::vector<Index>& S);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/dense/history_solver.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +9,7 @@
 
 #include "core/lcp/dense/basic_solutions.h"
 #include "core/linalg/balance.h"
+#include "core/linalg/decompositions.h"
 #include "core/matrix_classes/matrix_class.h"
 
 namespace dlcs {
@@ -86,18 +86,8 @@ bool HistorySolver::SolveBlocks(Basis& basis) {
 
 // Along a path the determinant keeps its sign; between two folds it has the other one. A path that meets ties, as of
 // two comparators that turn at once, may end there.
-bool HistorySolver::IsBetween(const Basis& basis) const { return SignOf(start_) * SignOf(basis) < 0; }
-
-// Of the determinant of M in the basis; 0 if it is singular.
-int HistorySolver::SignOf(const Basis& basis) const {
-  std::vector<Index> set;
-  for (std::size_t i = 0; i < basis.size(); ++i) {
-    if (basis[i]) set.push_back(static_cast<Index>(i));
-  }
-  if (set.empty()) return 1;
-  const Eigen::FullPivLU<Matrix> factors(Matrix(lcp_.M()(set, set)));
-  if (!factors.isInvertible()) return 0;
-  return factors.determinant() < 0 ? -1 : 1;
+bool HistorySolver::IsBetween(const Basis& basis) const {
+  return SignOfDeterminant(lcp_.M(), start_) * SignOfDeterminant(lcp_.M(), basis) < 0;
 }
 
 // Beyond a fold there is one solution as a rule, whatever the path to it.
@@ -108,6 +98,14 @@ bool HistorySolver::IsOnlyOne(Basis& basis) {
   std::fill(basis.begin(), basis.end(), std::uint8_t{0});
   for (const Index i : all.solutions.front().basis) basis[static_cast<std::size_t>(i)] = 1;
   return point_.Compute(lcp_, basis) && point_.solved();
+}
+
+int SignOfDeterminant(const Matrix& M, const Basis& basis) {
+  const std::vector<Index> indices = IndicesOf(basis);
+  if (indices.empty()) return 1;
+  const Eigen::FullPivLU<Matrix> factors(Matrix(M(indices, indices)));
+  if (!factors.isInvertible()) return 0;
+  return factors.determinant() < 0 ? -1 : 1;
 }
 
 }  // namespace dlcs

@@ -40,7 +40,6 @@ class HistorySolver final : public LcpSolver {
  private:
   bool SolveBlocks(Basis& basis);
   bool IsBetween(const Basis& basis) const;
-  int SignOf(const Basis& basis) const;
   bool IsOnlyOne(Basis& basis);
 
   ScaledLcp lcp_;
@@ -52,6 +51,9 @@ class HistorySolver final : public LcpSolver {
   Index pivots_ = 0;
   std::string message_;
 };
+
+// The sign of the determinant of M in `basis`, which all solutions on one path have; 0 if it is singular.
+int SignOfDeterminant(const Matrix& M, const Basis& basis);
 
 }  // namespace dlcs
 
