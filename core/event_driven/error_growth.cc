@@ -40,8 +40,7 @@ Vector SignsLike(const Eigen::Ref<const Vector>& error, Vector otherwise) {
   return otherwise;
 }
 
-// How far the polynomial x of a step moves in `time` from position s on, as a line beyond its end. Not x' times the
-// time: a fast state may settle in less.
+// How far the polynomial x of a step moves in `time` from position s on, as a line beyond its end.
 Vector Moved(const LegendreSeries& x, double length, double s, double time) {
   const double inside = std::min(time, (1 - s) / 2 * length);
   Vector moved = x * (LegendreValues(std::min(1.0, s + 2 * inside / length)) - LegendreValues(s));
@@ -137,7 +136,7 @@ void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepS
   event_.x = step.x;
   event_.length = sources.length;
   event_.s = s_end;
-  event_.slope_size = (step.x * slope_at).cwiseAbs();
+  event_.slope = step.x * slope_at;
   has_event_ = true;
   for (Index e = 0; e < kErrors; ++e) {
     double moved = mode.guard.state.row(guard).dot(errors_.col(e));
@@ -148,17 +147,23 @@ void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepS
   }
 }
 
-// Between the true time of the event and the one that was found the state went on as before instead of as after it.
+// Between the true time of the event and the one that was found the state went on as before instead of as after it. How
+// much that is by the jump of x', and by the polynomials on both sides: the first is too much where a fast state
+// settles in less time, the second where a fast state that the event does not concern bends. The smaller one counts.
 void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   constexpr double kSame = 1e-6;
   if (!has_event_) return;
   has_event_ = false;
   last_event_ = sources.begin;
-  const Vector size = event_.slope_size + step.slope_size;
+  const Vector slope_jump =
+      event_.slope - step.x * (2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(-1)));
+  const Vector size = event_.slope.cwiseAbs() + step.slope_size;
   for (Index e = 0; e < kErrors; ++e) {
     const double delay = std::abs(event_.delay[e]);
     Vector jump = Moved(event_.x, event_.length, event_.s, delay) - Moved(step.x, sources.length, -1, delay);
     for (Index i = 0; i < jump.size(); ++i) {
+      const double linear = delay * slope_jump[i];
+      if (std::abs(linear) < std::abs(jump[i])) jump[i] = linear;
       if (std::abs(jump[i]) <= kSame * delay * size[i]) jump[i] = 0;
     }
     errors_.col(e) += std::copysign(1, event_.delay[e]) * jump;

@@ -56,7 +56,7 @@ class ErrorGrowth {
     LegendreSeries x;
     double length;
     double s;
-    Vector slope_size;
+    Vector slope;
     std::array<double, kErrors> delay;
   };
   void Pass(const SmoothStep& step, const StepSources& sources);

@@ -88,7 +88,8 @@ bool EventDrivenLoop::Run() {
   return true;
 }
 
-// What every state would settle at, or reach by T, without y; of one that stays zero, what N x + g would notice.
+// What every state would settle at, or reach by T: without y, and where M determines y, by what M_ii y_i balances in
+// N x + g. Of a state that stays zero, what N x + g would notice.
 DataSizes EventDrivenLoop::SizesOfData() {
   const Index m = problem_.num_states(), n = problem_.num_constraints();
   constexpr int kLooks = 16;
@@ -106,6 +107,10 @@ DataSizes EventDrivenLoop::SizesOfData() {
   const Vector driven = AbsTimes(problem_.A.Dense(), sizes.x).cwiseQuotient(rates) / static_cast<double>(m);
   sizes.x = sizes.x.cwiseMax(driven);
   const Vector rows = sizes.g.cwiseMax(AbsTimes(problem_.N.Dense(), sizes.x));
+  if (context_.y_is_lipschitz()) {
+    const Vector y = rows.cwiseQuotient(problem_.M.Dense().diagonal());
+    sizes.x = sizes.x.cwiseMax(AbsTimes(problem_.B.Dense(), y).cwiseQuotient(rates));
+  }
   for (Index i = 0; i < m; ++i) {
     if (sizes.x[i] > 0) continue;
     double noticed = std::numeric_limits<double>::infinity();
@@ -279,6 +284,14 @@ double EventDrivenLoop::Shortest(double part_of_horizon, double part_of_rate) co
   return std::max(kOfTime * t_, std::min(part_of_horizon * problem_.horizon, part_of_rate * acts));
 }
 
+// Time is known so well near 0 that a mode may be a part of it that is shorter than those parts.
+double EventDrivenLoop::ShortestMode() const {
+  constexpr double kPartOfTime = 1e-4;
+  constexpr double kRoundingOfTime = 4e-16;
+  const double shortest = Shortest(kNoModePart, 1e-2);
+  return std::max(std::clamp(kPartOfTime * t_, kPartOfTime * shortest, shortest), kRoundingOfTime * t_);
+}
+
 double EventDrivenLoop::Share(double length) const { return std::max(length / problem_.horizon, kMinShare); }
 
 double EventDrivenLoop::StepLength(double end) const {
@@ -342,7 +355,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
       NanMax(step_.error_ratio, ErrorRatioBefore(mode_end->s, *mode_, step_, magnitudes_, tolerance_, Share(length)));
   if (!(step_.error_ratio <= 1) && again < length && again > Shortest(kShortestPart, 1)) return Shorten(again);
   search_.GuessAfter(*mode_, mode_end->guard);
-  if (lasted <= std::max(Shortest(kNoModePart, 1e-2), 4e-16 * t_)) return GiveUpMode("no active set lasts");
+  if (lasted <= ShortestMode()) return GiveUpMode("no active set lasts");
   Accept(t_ + lasted, mode_end->s);
   return EndMode(*mode_end, end);
 }

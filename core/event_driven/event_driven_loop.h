@@ -64,6 +64,7 @@ class EventDrivenLoop {
   void Record(const EventOutput::SmoothInterval& interval);
   double StepLength(double end) const;
   double Shortest(double part_of_horizon, double part_of_rate) const;
+  double ShortestMode() const;
   double Share(double length) const;  // the part of the tolerance for a step of this length
 
   SolveContext& context_;

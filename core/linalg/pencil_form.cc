@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/linalg/balance.h"
@@ -51,6 +52,7 @@ std::optional<PencilForm> ComputeExplicitForm(const Matrix& A, double duration) 
 
 std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, Index num_algebraic, const Vector& units,
                                             double duration) {
+  constexpr double kRounding = std::numeric_limits<double>::epsilon() / 2;
   if (!E.allFinite() || !F.allFinite()) return std::nullopt;
   const Index m = E.rows(), rest = m - num_algebraic;
   Matrix E_in_units = E * units.asDiagonal(), F_in_units = F * units.asDiagonal();
@@ -59,7 +61,10 @@ std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, In
   const Matrix inverse_in_units = shifted.factors->Solve(Matrix(shifted.row_scale.asDiagonal()));
   Matrix G = inverse_in_units * E_in_units;
   if (!G.allFinite()) return std::nullopt;
-  const BalancedMatrix balanced = Balance(G);
+  // Balanced without differences that are only the rounding of their terms: a coupling of 1e-30 between two blocks is
+  // scaled to the size of the blocks, which makes vectors without a digit.
+  const Matrix terms = inverse_in_units.cwiseAbs() * E_in_units.cwiseAbs();
+  const BalancedMatrix balanced = Balance((G.array().abs() <= kRounding * terms.array()).select(0, G));
   Vector further(m);
   for (Index k = 0; k < m; ++k) further[balanced.order[k]] = std::ldexp(1.0, balanced.exponents[k]);
   G = further.cwiseInverse().asDiagonal() * G * further.asDiagonal();

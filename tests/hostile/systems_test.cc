@@ -61,20 +61,20 @@ TEST_P(HostileSeeds, AreSolvedWithinTheErrorAskedFor) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, HostileSeeds,
-                         ::testing::Values(Hard{118, "SkewMStiffDiagonalA"},
-                                           Hard{20095, "SemidefiniteMStiffTriangularA"}, Hard{20069, "NoMCircuitA"},
-                                           Hard{20113, "MixedRowsGradedA"}, Hard{43, "JumpsBesideShortSteps"},
-                                           Hard{20035, "NonsymmetricPStiffDiagonalA"},
-                                           Hard{20114, "MorePairsThanStates"}, Hard{20436, "RowsThatStayZero"},
-                                           Hard{20002, "PairsInUnits"}, Hard{20435, "ConstraintsOfAFastState"},
-                                           Hard{41155, "PairsOnAFastState"},
-                                           Hard{20658, "SmallDifferencesInFormulas"},
-                                           Hard{20137, "CircuitWithFastEvents"},
-                                           Hard{20548, "PairsThatHardlyMoveStates"}, Hard{20020, "RoundingOfY"},
-                                           Hard{20371, "ErrorsOfY"}, Hard{20330, "ErrorsOfW"},
-                                           Hard{20099, "LayersOfGuards"}),
-                         [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    Seeds, HostileSeeds,
+    ::testing::Values(Hard{118, "SkewMStiffDiagonalA"}, Hard{20095, "SemidefiniteMStiffTriangularA"},
+                      Hard{20069, "NoMCircuitA"}, Hard{20113, "MixedRowsGradedA"}, Hard{43, "JumpsBesideShortSteps"},
+                      Hard{20035, "NonsymmetricPStiffDiagonalA"}, Hard{20114, "MorePairsThanStates"},
+                      Hard{20436, "RowsThatStayZero"}, Hard{20002, "PairsInUnits"},
+                      Hard{20435, "ConstraintsOfAFastState"}, Hard{41155, "PairsOnAFastState"},
+                      Hard{20658, "SmallDifferencesInFormulas"}, Hard{20137, "CircuitWithFastEvents"},
+                      Hard{20548, "PairsThatHardlyMoveStates"}, Hard{20020, "RoundingOfY"}, Hard{20371, "ErrorsOfY"},
+                      Hard{20330, "ErrorsOfW"}, Hard{20099, "LayersOfGuards"},
+                      Hard{660106, "FastStatesThatAnEventDoesNotConcern"},
+                      Hard{660189, "ModesThatAreShortInAShortTime"}, Hard{660901, "FastStatesThatYDrives"},
+                      Hard{661410, "RoundingThatCouplesBlocks"}),
+    [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
 // Errors that comparing long steps with longer ones does not show: of single steps, of fast states that lag behind y,
 // and of rounding. Seeds whose figure was low once.
