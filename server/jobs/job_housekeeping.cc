@@ -162,8 +162,13 @@ void JobManager::AskOthers() {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, weak] : logs_) {
       const auto log = weak.lock();
-      if (log == nullptr || log->closed() || active_.contains(id) || !log->HasFullWatchers()) continue;
-      questions.push_back({.what = JobChange::What::kWatched, .job = id, .detail = *log->WantedDetail()});
+      if (log == nullptr || log->closed() || HasEventsOf(id)) continue;
+      // Shards have no events but those in the store.
+      if (log->HasFullWatchers() && !active_.contains(id)) {
+        questions.push_back({.what = JobChange::What::kWatched, .job = id, .detail = *log->WantedDetail()});
+      } else {
+        questions.push_back({.what = JobChange::What::kFollowed, .job = id});
+      }
     }
   }
   for (const JobChange& question : questions) store_.Publish(question);
@@ -184,12 +189,17 @@ void JobManager::OnStoreChange(const JobChange& change) {
         changed_jobs_.insert(change.job);
         break;
       case JobChange::What::kCancelling:
-        if (!is_ours) return;
+        if (!is_ours) {
+          ++cancels_;
+          return;
+        }
         changed_jobs_.insert(change.job);
         break;
       case JobChange::What::kUnknown:
         was_notified_ = true;
         break;
+      case JobChange::What::kFollowed:
+        return;  // the store tells those who follow
       case JobChange::What::kWatched:
         if (!options_.runs_jobs) return;
         // It may start here in a moment.

@@ -23,6 +23,10 @@ constexpr milliseconds kLookAgain{500};
 // The queue is measured while somebody asks for it at least this often: it costs the store a look at every job in it.
 constexpr std::chrono::minutes kInterestInDepth{3};
 
+// Named in one claim beside the first. Where many servers claim the same jobs, about as many are taken between two
+// polls of a server.
+constexpr int kMostAlternatives = 100;
+
 absl::Status Draining() { return absl::UnavailableError("The server is shutting down: try another one, or later."); }
 
 }  // namespace
@@ -155,6 +159,8 @@ absl::StatusOr<Job> JobManager::Cancel(const std::optional<std::string>& owner, 
     if (const auto active = active_.find(id); active != active_.end()) {
       active->second.cancelled = true;
       run = active->second.run;
+    } else {
+      ++cancels_;
     }
     if (const auto log = logs_.find(id); log != logs_.end() && !HasEventsOf(id)) {
       if (const auto live = log->second.lock()) live->AdvanceArchive(job->last_event, IsFinal(job->state));
@@ -183,9 +189,9 @@ absl::StatusOr<std::unique_ptr<JobWatch>> JobManager::Watch(const std::optional<
     return absl::OutOfRangeError(fmt::format("No event of this job has the number {}.", options.after));
   }
   auto watch = std::make_unique<JobWatch>(store_, id, LogOf(*job), options, std::move(ready));
-  if (!options.durable_only && !IsFinal(job->state)) {
+  if (!IsFinal(job->state)) {
     const std::lock_guard lock(mutex_);
-    asks_others_ = asks_others_ || !active_.contains(id);
+    asks_others_ = asks_others_ || !HasEventsOf(id);
     if (asks_others_) house_.notify_one();
   }
   return watch;
@@ -271,7 +277,7 @@ void JobManager::Work() {
   }
 }
 
-std::optional<Scheduler::Request> JobManager::RunJob(const Scheduler::Start& start) {
+std::optional<Scheduler::Request> JobManager::RunJob(Scheduler::Start& start) {
   std::optional<Scheduler::Request> next;
   const Duration began = clock_.Elapsed();
   const auto core_seconds = [&] {
@@ -297,15 +303,47 @@ std::optional<Scheduler::Request> JobManager::RunJob(const Scheduler::Start& sta
   return next;
 }
 
-std::shared_ptr<JobRun> JobManager::Begin(const Scheduler::Start& start) {
-  const JobId candidates[] = {start.id};
+std::optional<ClaimedJob> JobManager::Claim(Scheduler::Start& start) {
+  std::vector<JobId> candidates = {start.id};
+  std::int64_t cancels_before = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    const std::vector<JobId> others = scheduler_.SetAside(start.id, kMostAlternatives);
+    candidates.insert(candidates.end(), others.begin(), others.end());
+    cancels_before = cancels_;
+  }
   absl::StatusOr<std::optional<ClaimedJob>> claimed = store_.Claim(options_.worker, options_.lease, candidates);
-  // If the store failed, the housekeeper finds the job again.
-  if (!claimed.ok() || !claimed->has_value()) return nullptr;
-  const Job job = (*claimed)->job;
+  const std::lock_guard lock(mutex_);
+  if (!claimed.ok()) {
+    // The housekeeper finds this job again; the others stay in the queue.
+    scheduler_.PutBack(start.id);
+    return std::nullopt;
+  }
+  std::optional<Scheduler::Request> request;
+  if (claimed->has_value()) request = RequestOf((*claimed)->job);
+  const std::optional<Scheduler::Start> started = scheduler_.Settle(start.id, request);
+  if (started.has_value() && started->id == start.id) return *std::move(claimed);
+  // Of the first, events that were told while it seemed to be ours were left out.
+  active_.erase(start.id);
+  if (logs_.contains(start.id)) changed_jobs_.insert(start.id);
+  if (started.has_value()) {
+    active_[started->id] = {};
+    // One may have been of this job, when it was not known to be ours.
+    if (cancels_ != cancels_before) changed_jobs_.insert(started->id);
+    start = *started;
+  }
+  house_.notify_one();
+  return *std::move(claimed);
+}
+
+std::shared_ptr<JobRun> JobManager::Begin(Scheduler::Start& start) {
+  std::optional<ClaimedJob> claimed = Claim(start);
+  work_.notify_one();  // what was set aside can start
+  if (!claimed.has_value()) return nullptr;
+  const Job job = claimed->job;
   const std::shared_ptr<EventLog> log = LogOf(job);
   log->AdvanceArchive(job.last_event, false);
-  auto run = std::make_shared<JobRun>(**std::move(claimed), start.threads, log,
+  auto run = std::make_shared<JobRun>(*std::move(claimed), start.threads, log,
                                       [this](std::weak_ptr<JobRun> asking) { writer_.Ask(std::move(asking)); });
   const std::lock_guard lock(mutex_);
   Active& active = active_[start.id];

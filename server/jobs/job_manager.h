@@ -146,9 +146,12 @@ class JobManager {
 
   void Work();
   // The request to queue next: the ensemble again, if this was a shard of one.
-  std::optional<Scheduler::Request> RunJob(const Scheduler::Start& start);
-  // Null if another server has it, or if the store does not answer.
-  std::shared_ptr<JobRun> Begin(const Scheduler::Start& start);
+  std::optional<Scheduler::Request> RunJob(Scheduler::Start& start);
+  // Claims the job, or another one in its place where other servers have it: then `start` becomes that. Null if they
+  // have all that could be started in its place, or if the store does not answer.
+  std::shared_ptr<JobRun> Begin(Scheduler::Start& start);
+  // The first that can be claimed of `start` and of what may be started in its place.
+  std::optional<ClaimedJob> Claim(Scheduler::Start& start);
   JobEnd Solve(JobRun& run);
   void End(JobRun& run, const JobEnd& end);
   // The events of the run that are not in the store will never be.
@@ -207,6 +210,7 @@ class JobManager {
   std::set<JobId> changed_jobs_;
   bool work_announced_ = false;
   bool was_notified_ = false;
+  std::int64_t cancels_ = 0;  // how many requests to stop a job that does not run here were heard of
   std::map<JobId, Audience> watched_elsewhere_;
   bool asks_others_ = false;  // a watch of a job that does not run here began
   std::atomic<bool> leases_released_ = false;

@@ -2,6 +2,10 @@
 #include "server/jobs/scheduler.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <queue>
+#include <tuple>
 #include <utility>
 
 namespace dlcs::jobs {
@@ -156,6 +160,14 @@ bool Scheduler::Fits(const Request& request) const {
          FitsMemory(request.demand);
 }
 
+bool Scheduler::FitsInto(const Running& place, const Request& request) const {
+  return !request.takes_free_cores && request.demand.threads <= place.request.demand.threads &&
+         (IsLarge(place.request.demand) || !IsLarge(request.demand)) &&
+         (running_.size() == 1 ||
+          busy_memory_bytes_ - place.request.demand.memory_bytes + request.demand.memory_bytes <=
+              limits_.max_running_memory_bytes);
+}
+
 double Scheduler::Savings(const Owner& owner) const {
   if (!owner.queue.empty()) return owner.deficit;
   // A user may accumulate as much as the others received at once when their jobs started, since it has to last until
@@ -176,8 +188,9 @@ bool Scheduler::MayBorrow(const Demand& demand, const Owner& owner, double savin
 std::optional<Scheduler::Choice> Scheduler::ChooseSmall() {
   std::optional<Choice> best;
   for (auto owner = owners_.begin(); owner != owners_.end(); ++owner) {
-    const auto job = owner->second.queue.begin();
-    if (job == owner->second.queue.end()) continue;
+    auto& queue = owner->second.queue;
+    const auto job = std::find_if(queue.begin(), queue.end(), [](const auto& entry) { return !entry.second.is_aside; });
+    if (job == queue.end()) continue;
     const Demand& demand = job->second.request.demand;
     if (!MayBorrow(demand, owner->second, owner->second.deficit)) continue;
     const double missing = demand.core_seconds - owner->second.deficit;
@@ -190,8 +203,9 @@ std::optional<Scheduler::Choice> Scheduler::Choose(bool only_fitting) {
   std::optional<Choice> best;
   const auto consider = [&](std::map<std::string, Owner>::iterator owner) {
     auto& queue = owner->second.queue;
-    const auto job = std::find_if(queue.begin(), queue.end(),
-                                  [&](const auto& entry) { return !only_fitting || Fits(entry.second.request); });
+    const auto job = std::find_if(queue.begin(), queue.end(), [&](const auto& entry) {
+      return !entry.second.is_aside && (!only_fitting || Fits(entry.second.request));
+    });
     if (job == queue.end()) return;
     const double missing = job->second.request.demand.core_seconds - owner->second.deficit;
     if (!best.has_value() || missing < best->missing) best = Choice{owner, job, missing};
@@ -248,6 +262,75 @@ Scheduler::Start Scheduler::Begin(const Choice& choice, bool on_burst_cores) {
   const Start start{.id = request.id, .threads = request.demand.threads};
   running_[start.id] = {.request = std::move(request), .since = clock_.Elapsed(), .on_burst_cores = on_burst_cores};
   return start;
+}
+
+std::vector<JobId> Scheduler::SetAside(const JobId& started, int most) {
+  Running& place = running_.at(started);
+  if (place.on_burst_cores || place.request.takes_free_cores) return {};
+  // The next job of each user, and the credit that the user then lacks: the least is next. Of equal ones, the user
+  // whose turn it is, as if `started` had not been there, and those behind.
+  struct Next {
+    double missing = 0;
+    std::size_t turn = 0;
+    std::map<QueueKey, Queued>* queue = nullptr;
+    std::map<QueueKey, Queued>::iterator job;
+    bool operator>(const Next& other) const { return std::tie(missing, turn) > std::tie(other.missing, other.turn); }
+  };
+  std::priority_queue<Next, std::vector<Next>, std::greater<>> next;
+  const auto add = [&](Next user) {
+    user.job = std::find_if(user.job, user.queue->end(), [&](const auto& entry) {
+      return !entry.second.is_aside && FitsInto(place, entry.second.request);
+    });
+    if (user.job == user.queue->end()) return;
+    user.missing += user.job->second.request.demand.core_seconds;
+    next.push(user);
+  };
+  const auto add_user = [&](auto& entry) {
+    auto& [name, owner] = entry;
+    const double returned = name == place.request.owner ? place.request.demand.core_seconds : 0;
+    add({.missing = -owner.deficit - returned, .turn = next.size(), .queue = &owner.queue, .job = owner.queue.begin()});
+  };
+  const auto begin = owners_.lower_bound(place.request.owner);
+  std::for_each(begin, owners_.end(), add_user);
+  std::for_each(owners_.begin(), begin, add_user);
+  const auto count = std::min(static_cast<std::size_t>(most), queued_.size() / 2);
+  while (place.aside.size() < count && !next.empty()) {
+    Next user = next.top();
+    next.pop();
+    user.job->second.is_aside = true;
+    place.aside.push_back(user.job->second.request.id);
+    ++user.job;
+    add(user);
+  }
+  return place.aside;
+}
+
+void Scheduler::PutBack(const JobId& started) {
+  for (const JobId& id : std::exchange(running_.at(started).aside, {})) {
+    const auto place = queued_.find(id);  // it may have been removed
+    if (place != queued_.end()) owners_[place->second.owner].queue.at(place->second.key).is_aside = false;
+  }
+}
+
+std::optional<Scheduler::Start> Scheduler::Settle(const JobId& started, const std::optional<Request>& claimed) {
+  Running& place = running_.at(started);
+  if (!claimed.has_value() || claimed->id != started) {
+    for (const JobId& id : place.aside) {
+      if (claimed.has_value() && claimed->id == id) break;
+      if (queued_.contains(id)) Take(id);
+    }
+  }
+  PutBack(started);
+  if (claimed.has_value() && claimed->id == started) {
+    return Start{.id = started, .threads = place.request.demand.threads};
+  }
+  Finished(started, 0);
+  if (!claimed.has_value()) return std::nullopt;
+  if (!queued_.contains(claimed->id)) Restore(*claimed);
+  const Place& other = queued_.at(claimed->id);
+  const auto owner = owners_.find(other.owner);
+  const auto job = owner->second.queue.find(other.key);
+  return Begin({owner, job, job->second.request.demand.core_seconds - owner->second.deficit});
 }
 
 void Scheduler::GiveBackCores(const JobId& id, double core_seconds) {

@@ -92,6 +92,17 @@ class Scheduler {
   };
   // The job to start now; absent if none is queued or none fits beside the running ones.
   std::optional<Start> StartNext();
+  // Jobs that may be started in the place of `started`, which StartNext() returned and another server may have by now:
+  // those whose turn comes next and that fit into its cores and memory, at most `most` and half of the queue. None for
+  // ensembles, of which several servers solve shards, and on burst cores, which are few. They wait, and nothing else
+  // starts them, until Settle(). O(users + most + jobs passed over).
+  std::vector<JobId> SetAside(const JobId& started, int most);
+  // Queues them as before.
+  void PutBack(const JobId& started);
+  // What came of `started` and the jobs set aside for it. `claimed`: the one that this server has got, in the order in
+  // which they were named: those before it, all where it is absent, are other servers' and leave the queue; the rest
+  // are queued as before. Returns what is started now; where it is absent `started` has ended.
+  std::optional<Start> Settle(const JobId& started, const std::optional<Request>& claimed);
   // Frees the cores of a job that needs them no more, after `core_seconds`. It keeps its memory.
   void GiveBackCores(const JobId& id, double core_seconds);
   // The job has ended or was released; frees its memory, and its cores if it still has them.
@@ -119,6 +130,7 @@ class Scheduler {
   struct Queued {
     Request request;
     std::optional<Duration> passed_over_since;
+    bool is_aside = false;
   };
   struct Owner {
     std::map<QueueKey, Queued> queue;
@@ -132,6 +144,7 @@ class Scheduler {
     Duration since;
     bool on_burst_cores = false;
     bool has_cores = true;
+    std::vector<JobId> aside = {};
   };
   struct Place {
     std::string owner;
@@ -149,6 +162,8 @@ class Scheduler {
   Request Take(const JobId& id);
   bool IsLarge(const Demand& demand) const { return demand.core_seconds > limits_.large_core_seconds; }
   bool Fits(const Request& request) const;
+  // Whether it fits where `place` runs now.
+  bool FitsInto(const Running& place, const Request& request) const;
   // That a job with this `demand` may have now.
   int FreeCores(const Demand& demand) const;
   bool FitsMemory(const Demand& demand) const;

@@ -108,11 +108,13 @@ struct JobChange {
   enum class What {
     // From the store itself:
     kClaimable,   // the job was created, or given back
-    kEvents,      // it has further durable events
+    kEvents,      // it has further durable events; of jobs that some server follows
     kCancelling,  // it was asked to stop while it was running
     kUnknown,     // anything may have changed in any job
     // From servers (JobStore::Publish):
-    kWatched,  // the job is watched on another server than the one that runs it, which wants `detail`
+    kFollowed,  // some server waits for its durable events; for 15 s
+    // The same, and it is watched on another server than the one that runs it, which wants `detail`.
+    kWatched,
     // `event`, which is not in the store; `durable_before` is the number of the last durable event before it, or above.
     kTransient,
   };
@@ -199,8 +201,8 @@ class JobStore {
   // callers must poll too. Stores without notifications never call it.
   virtual void Subscribe(std::function<void(const JobChange& change)> on_change) { static_cast<void>(on_change); }
 
-  // Sends `change` (kWatched or kTransient) to the listeners of all servers. It may be lost, and is not stored. Blocks
-  // like the other functions.
+  // Sends `change` (kFollowed, kWatched or kTransient) to the listeners of all servers. It may be lost, and is not
+  // stored. Blocks like the other functions.
   virtual void Publish(const JobChange& change) { static_cast<void>(change); }
 
   // Whether the last access to the database succeeded.

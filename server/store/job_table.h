@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "server/store/clock.h"
 #include "server/store/job_store.h"
@@ -45,6 +46,8 @@ class JobTable {
   virtual std::optional<JobRow> Lock(const JobId& id) = 0;
   // Locks the first of `candidates` that may be claimed, skipping rows that others have locked.
   virtual std::optional<JobRow> LockClaimable(std::span<const JobId> candidates) = 0;
+  // Those that are ensembles, in this order. Not locked.
+  virtual std::vector<JobId> EnsemblesAmong(std::span<const JobId> candidates) = 0;
   // Not locked.
   virtual std::optional<JobRow> FindRequest(const std::string& owner, const std::string& request_id) = 0;
 

@@ -204,8 +204,7 @@ absl::StatusOr<std::optional<ClaimedJob>> ClaimJob(JobTable& table, const std::s
                                                    std::span<const JobId> candidates) {
   std::optional<JobRow> row = table.LockClaimable(candidates);
   if (!row.has_value()) {
-    for (const JobId& id : candidates) {
-      if (std::optional<JobRow> found = table.Find(id); !found.has_value() || !IsEnsemble(found->job)) continue;
+    for (const JobId& id : table.EnsemblesAmong(candidates)) {
       // Waits for others that claim or end a shard at this moment: they take milliseconds.
       std::optional<JobRow> ensemble = table.Lock(id);
       if (!ensemble.has_value() || IsFinal(ensemble->job.state)) continue;

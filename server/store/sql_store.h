@@ -21,7 +21,7 @@ template <typename Database, typename Table>
 class SqlStore : public Store {
  public:
   absl::StatusOr<Created> Create(const NewJob& job) final {
-    return Write([&](Table& table) { return CreateJob(table, job); });
+    return Told(JobChange::What::kClaimable, job.id, Write([&](Table& table) { return CreateJob(table, job); }));
   }
   absl::StatusOr<std::optional<Job>> FindRequest(const std::string& owner, const std::string& request_id,
                                                  const std::string& body_hash) final {
@@ -31,7 +31,9 @@ class SqlStore : public Store {
     return Read([&](Table& table) { return VisibleJob(table.Find(id), owner, id); });
   }
   absl::StatusOr<Job> RequestCancel(const std::optional<std::string>& owner, const JobId& id) final {
-    return Write([&](Table& table) { return RequestCancelOfJob(table, owner, id); });
+    absl::StatusOr<Job> job = Write([&](Table& table) { return RequestCancelOfJob(table, owner, id); });
+    if (job.ok() && job->state == JobState::kCancelling) Tell(JobChange::What::kCancelling, id);
+    return Told(JobChange::What::kEvents, id, std::move(job));
   }
   absl::Status Delete(const std::optional<std::string>& owner, const JobId& id) final {
     return Write([&](Table& table) { return DeleteJob(table, owner, id); });
@@ -39,22 +41,30 @@ class SqlStore : public Store {
 
   absl::StatusOr<std::optional<ClaimedJob>> Claim(const std::string& worker, Duration lease,
                                                   std::span<const JobId> candidates) final {
-    return Write([&](Table& table) { return ClaimJob(table, worker, lease, candidates); });
+    absl::StatusOr<std::optional<ClaimedJob>> claimed =
+        Write([&](Table& table) { return ClaimJob(table, worker, lease, candidates); });
+    if (claimed.ok() && claimed->has_value()) Tell(JobChange::What::kEvents, (*claimed)->job.id);
+    return claimed;
   }
   absl::StatusOr<bool> RenewLease(const Lease& lease, Duration duration) final {
     return Write([&](Table& table) { return RenewLeaseOfJob(table, lease, duration); });
   }
   absl::Status Append(const Lease& lease, const Progress& progress) final {
-    return Write([&](Table& table) { return AppendToJob(table, lease, progress); });
+    absl::Status status = Write([&](Table& table) { return AppendToJob(table, lease, progress); });
+    return progress.events.empty() ? status : Told(JobChange::What::kEvents, lease.job, std::move(status));
   }
   absl::Status Finish(const Lease& lease, const Outcome& outcome) final {
-    return Write([&](Table& table) { return FinishJob(table, lease, outcome); });
+    return Told(JobChange::What::kEvents, lease.job,
+                Write([&](Table& table) { return FinishJob(table, lease, outcome); }));
   }
   absl::Status FinishShard(const Lease& lease, const ShardResult& result) final {
-    return Write([&](Table& table) { return FinishShardOfJob(table, lease, result); });
+    return Told(JobChange::What::kEvents, lease.job,
+                Write([&](Table& table) { return FinishShardOfJob(table, lease, result); }));
   }
   absl::Status Release(const Lease& lease, std::int64_t through) final {
-    return Write([&](Table& table) { return ReleaseJob(table, lease, through); });
+    absl::Status status = Write([&](Table& table) { return ReleaseJob(table, lease, through); });
+    if (status.ok()) Tell(JobChange::What::kClaimable, lease.job);
+    return Told(JobChange::What::kEvents, lease.job, std::move(status));
   }
 
   bool Healthy() const final { return database_.healthy(); }
@@ -67,9 +77,22 @@ class SqlStore : public Store {
   // The rows of jobs in the transaction that `connection` is in.
   virtual Table TableIn(Connection& connection) const = 0;
 
+  // Tells the other servers, soon, that a transaction which is committed has changed the job: kClaimable, kEvents or
+  // kCancelling. Does not block.
+  virtual void Tell(JobChange::What what, const JobId& id) {
+    static_cast<void>(what);
+    static_cast<void>(id);
+  }
+
   Database database_;
 
  private:
+  template <typename Result>
+  Result Told(JobChange::What what, const JobId& id, Result result) {
+    if (result.ok()) Tell(what, id);
+    return result;
+  }
+
   // The result of `rule(Table&)` in a transaction of the database, timed under the name of the calling function.
   template <typename Rule>
   auto Write(const Rule& rule, const char* operation = __builtin_FUNCTION()) {

@@ -2,9 +2,10 @@
 // store_load: how many jobs a second one PostgreSQL takes through their lives, by the functions of the store that
 // servers call, without any work in between. README.md and deploy/SCALE.md have the figures that were seen.
 //
-// Each worker is a thread with a store of its own and one connection. In turn it creates a job, as a front would;
-// claims the first one of its list of claimable jobs that nobody else has; renews the lease; stores two windows;
-// finishes. It reads the list, as a server does, when it is used up or a second old, and claims job by job.
+// Each worker is a thread with a store of its own, which has a connection for it and one for notifications. In turn it
+// creates a job, as a front would; claims the first one of its list of claimable jobs that nobody else has; renews the
+// lease; stores two windows; finishes. It reads the list, as a server does, when it is used up or a second old, and
+// claims job by job, naming --candidates of them as servers do.
 
 #include <unistd.h>
 
@@ -52,7 +53,7 @@ struct Question {
   int workers = 16;
   double seconds = 20, every = 10;
   int queued = 100, ended = 0, listeners = 0;
-  int limit = 1000, candidates = 1;
+  int limit = 1000, candidates = 101;
   std::string sql;
   int body_bytes = 1000, chunk_bytes = 4000;
   bool hold = false;
@@ -89,7 +90,7 @@ class Worker {
   Worker(const Question& question, const std::string& address, int number)
       : question_(question),
         name_("worker-" + std::to_string(number)),
-        store_({.address = address, .max_connections = 1}) {
+        store_({.address = address, .max_connections = 2}) {
     Check(store_.Probe());
   }
 
@@ -279,7 +280,7 @@ int main(int argc, char** argv) {
   app.add_option("--ended", question.ended, "Jobs that had ended before");
   app.add_option("--listeners", question.listeners, "Idle servers, which hear every notification");
   app.add_option("--limit", question.limit, "Jobs that a worker lists at once");
-  app.add_option("--candidates", question.candidates, "Of a claim; servers name one");
+  app.add_option("--candidates", question.candidates, "Of a claim; servers name 101");
   app.add_option("--sql", question.sql, "Run before the measurement: another index, another setting");
   app.add_option("--body-bytes", question.body_bytes, "Of a job's request, and of its state");
   app.add_option("--chunk-bytes", question.chunk_bytes, "Of each of its two windows");

@@ -149,9 +149,15 @@ PostgresConnection::PostgresConnection(const std::string& address, Duration pati
     PQfinish(connection_);
     throw PostgresError("", text);
   }
-  // Notices ("relation exists, skipping") would go to standard error.
-  PQsetNoticeProcessor(
-      connection_, [](void*, const char*) {}, nullptr);
+  PQsetNoticeReceiver(connection_, &Notice, this);
+}
+
+void PostgresConnection::Notice(void* connection, const pg_result* notice) {
+  // Others ("relation exists, skipping") are of no interest.
+  const char* severity = PQresultErrorField(notice, PG_DIAG_SEVERITY_NONLOCALIZED);
+  if (severity == nullptr || std::string_view(severity) != "WARNING") return;
+  static_cast<PostgresConnection*>(connection)->warning_ =
+      OnOneLine(PQresultErrorField(notice, PG_DIAG_MESSAGE_PRIMARY));
 }
 
 PostgresConnection::~PostgresConnection() { PQfinish(connection_); }
@@ -254,6 +260,11 @@ PostgresTransaction::~PostgresTransaction() {
   }
 }
 
-void PostgresTransaction::Commit() { connection_.Run("COMMIT"); }
+void PostgresTransaction::Commit() {
+  connection_.TakeWarning();
+  connection_.Run("COMMIT");
+  // The server warns at a commit of nothing else.
+  if (const std::string warning = connection_.TakeWarning(); !warning.empty()) throw PostgresError("", warning);
+}
 
 }  // namespace dlcs::jobs

@@ -118,6 +118,8 @@ class PostgresConnection {
   // Whether the connection still seems to be open, without a round trip.
   bool IsAlive();
   bool InTransaction() const;
+  // The last warning since the last call; empty if there was none.
+  std::string TakeWarning() { return std::exchange(warning_, {}); }
   // Returns the previous value.
   Duration set_patience(Duration patience) { return std::exchange(patience_, patience); }
 
@@ -135,9 +137,12 @@ class PostgresConnection {
   // Until the socket can be read, or written where `to_write` says so.
   void Wait(bool to_write);
   [[noreturn]] void ThrowLost() const;
+  // libpq gives it warnings and notices.
+  static void Notice(void* connection, const pg_result* notice);
 
   pg_conn* connection_ = nullptr;
   Duration patience_;
+  std::string warning_;
 };
 
 // Rolled back unless committed.
@@ -148,6 +153,8 @@ class PostgresTransaction {
   PostgresTransaction(const PostgresTransaction&) = delete;
   PostgresTransaction& operator=(const PostgresTransaction&) = delete;
 
+  // Throws also where the server has committed, but gave up waiting for its synchronous standby: what the standby lacks
+  // is lost with the server, so that it must not be acknowledged.
   void Commit();
 
  private:

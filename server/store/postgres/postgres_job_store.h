@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#include "server/store/postgres/postgres_announcer.h"
 #include "server/store/postgres/postgres_database.h"
 #include "server/store/postgres/postgres_job_table.h"
 #include "server/store/postgres/postgres_listener.h"
@@ -41,11 +42,13 @@ class PostgresJobStore final : public SqlStore<PostgresDatabase, PostgresJobTabl
 
  private:
   PostgresJobTable TableIn(PostgresConnection& connection) const override { return PostgresJobTable(connection); }
+  void Tell(JobChange::What what, const JobId& id) override { announcer_.Announce(what, id); }
 
   // Delete finished jobs, and problems that were not used for long. Each returns how many.
   absl::StatusOr<int> ExpireJobs(const Expiry& expiry);
   absl::StatusOr<int> ExpireProblems(const Expiry& expiry);
 
+  PostgresAnnouncer announcer_;
   std::unique_ptr<PostgresListener> listener_;
 };
 

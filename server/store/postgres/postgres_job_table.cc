@@ -6,8 +6,7 @@
 namespace dlcs::jobs {
 namespace {
 
-static_assert(static_cast<int>(JobState::kQueued) == 1, "DLCS_POSTGRES_CLAIMABLE and dlcs_tell() say so");
-static_assert(static_cast<int>(JobState::kCancelling) == 3, "dlcs_tell() says so");
+static_assert(static_cast<int>(JobState::kQueued) == 1, "DLCS_POSTGRES_CLAIMABLE says so");
 
 std::optional<JobRow> First(const PostgresRows& rows) {
   std::vector<JobRow> jobs = ReadJobs(rows);
@@ -97,6 +96,15 @@ std::optional<JobRow> PostgresJobTable::LockClaimable(std::span<const JobId> can
                                "FROM jobs WHERE id = ANY($1::text[]) AND " DLCS_POSTGRES_CLAIMABLE
                                " ORDER BY array_position($1::text[], id) LIMIT 1 FOR UPDATE SKIP LOCKED",
                                ArrayOf(candidates)));
+}
+
+std::vector<JobId> PostgresJobTable::EnsemblesAmong(std::span<const JobId> candidates) {
+  const PostgresRows rows = connection_.Run(
+      "SELECT id FROM jobs WHERE id = ANY($1::text[]) AND shard_count > 0 ORDER BY array_position($1::text[], id)",
+      ArrayOf(candidates));
+  std::vector<JobId> ids;
+  for (int row = 0; row < rows.size(); ++row) ids.push_back(rows.Bytes(row, 0));
+  return ids;
 }
 
 std::optional<JobRow> PostgresJobTable::FindRequest(const std::string& owner, const std::string& request_id) {

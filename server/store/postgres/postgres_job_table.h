@@ -38,6 +38,7 @@ class PostgresJobTable final : public JobTable {
   std::optional<JobRow> Find(const JobId& id) override;
   std::optional<JobRow> Lock(const JobId& id) override;
   std::optional<JobRow> LockClaimable(std::span<const JobId> candidates) override;
+  std::vector<JobId> EnsemblesAmong(std::span<const JobId> candidates) override;
   std::optional<JobRow> FindRequest(const std::string& owner, const std::string& request_id) override;
   bool UseProblem(const std::string& owner, const std::string& id) override;
   std::optional<JobRow> Insert(const NewJob& job) override;

@@ -15,6 +15,7 @@ namespace dlcs::jobs {
 namespace {
 
 // A letter, the job's id, and behind it:
+constexpr char kFollowed = 'f';   // nothing
 constexpr char kWatched = 'w';    // the most times, and the components wanted: "65 0,2"
 constexpr char kTransient = 'p';  // the number of the part, of how many, and the part: "0 2 ..."; together
                                   // "sequence time kind durable_before payload", the last in base 64
@@ -59,6 +60,7 @@ std::optional<JobChange> ReadTransient(const JobId& job, const std::string& text
 }  // namespace
 
 std::vector<std::string> NoticesOf(const JobChange& change) {
+  if (change.what == JobChange::What::kFollowed) return {absl::StrCat(std::string(1, kFollowed), change.job)};
   if (change.what == JobChange::What::kWatched) {
     return {absl::StrCat(std::string(1, kWatched), change.job, " ", change.detail.most_times, " ",
                          absl::StrJoin(change.detail.components, ","))};
@@ -86,6 +88,8 @@ std::optional<JobChange> NoticeReader::Read(const std::string& payload) {
       return JobChange{JobChange::What::kEvents, job};
     case kPostgresCancelling:
       return JobChange{JobChange::What::kCancelling, job};
+    case kFollowed:
+      return JobChange{JobChange::What::kFollowed, job};
     case kWatched:
       return ReadWatched(job, rest);
     case kTransient:

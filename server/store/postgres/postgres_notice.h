@@ -12,8 +12,8 @@
 
 namespace dlcs::jobs {
 
-// The payloads for kWatched and kTransient, to be sent in this order within one transaction; PostgreSQL takes less than
-// 8000 bytes in one. Empty for events above 2 MB, which are not sent.
+// The payloads for kFollowed, kWatched and kTransient, to be sent in this order within one transaction; PostgreSQL
+// takes less than 8000 bytes in one. Empty for events above 2 MB, which are not sent.
 std::vector<std::string> NoticesOf(const JobChange& change);
 
 // Assembles changes from the payloads received on one connection, where those of a transaction are consecutive.

@@ -78,6 +78,14 @@ std::optional<JobRow> SqliteJobTable::LockClaimable(std::span<const JobId> candi
   return std::nullopt;
 }
 
+std::vector<JobId> SqliteJobTable::EnsemblesAmong(std::span<const JobId> candidates) {
+  std::vector<JobId> ids;
+  for (const JobId& id : candidates) {
+    if (const std::optional<JobRow> row = Find(id); row.has_value() && row->job.shards > 0) ids.push_back(id);
+  }
+  return ids;
+}
+
 std::optional<JobRow> SqliteJobTable::FindRequest(const std::string& owner, const std::string& request_id) {
   const auto query = connection_.Prepare("SELECT " DLCS_JOB_COLUMNS
                                          " FROM jobs WHERE owner = ?1 AND request_id = ?2 AND request_id <> ''");

@@ -101,6 +101,76 @@ TEST_F(SchedulerTest, PredictingTooLittleGainsNothing) {
   EXPECT_NEAR(liar, honest, 4);
 }
 
+// Set aside in the order in which they would have been next, had the first not been there; and started by nothing else
+// meanwhile.
+TEST_F(SchedulerTest, AnotherJobTakesThePlaceOfOneThatAnotherServerHas) {
+  Scheduler scheduler({.cores = 2}, clock_);
+  for (const std::string k : {"1", "2", "3", "4", "5"}) scheduler.Restore(Job("ada", k));
+  for (const std::string k : {"1", "2", "3"}) scheduler.Restore(Job("bob", k));
+  ASSERT_EQ(scheduler.StartNext()->id, "ada1");
+  EXPECT_THAT(scheduler.SetAside("ada1", 100), ElementsAre("ada2", "bob1", "ada3"));  // half of the queue
+  ASSERT_EQ(scheduler.StartNext()->id, "bob2");
+  EXPECT_THAT(scheduler.SetAside("bob2", 1), ElementsAre("bob3"));
+  EXPECT_FALSE(scheduler.StartNext().has_value()) << "both cores are taken";
+  EXPECT_EQ(scheduler.Settle("ada1", Job("bob", "1"))->id, "bob1");
+  EXPECT_FALSE(scheduler.Knows("ada1"));
+  EXPECT_FALSE(scheduler.Knows("ada2"));
+  EXPECT_TRUE(scheduler.Knows("ada3"));
+  EXPECT_FALSE(scheduler.Settle("bob2", std::nullopt).has_value());
+  EXPECT_FALSE(scheduler.Knows("bob3"));
+  EXPECT_EQ(scheduler.running(), 1);
+  scheduler.Finished("bob1", 1);
+  EXPECT_THAT(Order(scheduler), ElementsAre("ada3", "ada4", "ada5"));
+  EXPECT_EQ(scheduler.queued_core_seconds(), 0);
+}
+
+TEST_F(SchedulerTest, WhatWasSetAsideIsQueuedAgainInItsOrder) {
+  Scheduler scheduler({.cores = 1}, clock_);
+  for (const std::string k : {"1", "2", "3", "4", "5", "6", "7"}) scheduler.Restore(Job("ada", k));
+  ASSERT_EQ(scheduler.StartNext()->id, "ada1");
+  EXPECT_THAT(scheduler.SetAside("ada1", 2), ElementsAre("ada2", "ada3"));
+  scheduler.PutBack("ada1");
+  EXPECT_THAT(scheduler.SetAside("ada1", 100), ElementsAre("ada2", "ada3", "ada4"));
+  EXPECT_TRUE(scheduler.Remove("ada3"));
+  EXPECT_EQ(scheduler.Settle("ada1", Job("ada", "1"))->id, "ada1");
+  scheduler.Finished("ada1", 1);
+  EXPECT_THAT(Order(scheduler), ElementsAre("ada2", "ada4", "ada5", "ada6", "ada7"));
+}
+
+// Removed meanwhile, as one that would miss its deadline is, and yet claimed.
+TEST_F(SchedulerTest, AJobThatIsNotQueuedTakesThePlaceToo) {
+  Scheduler scheduler({.cores = 1}, clock_);
+  for (const std::string k : {"1", "2", "3"}) scheduler.Restore(Job("ada", k));
+  ASSERT_EQ(scheduler.StartNext()->id, "ada1");
+  ASSERT_THAT(scheduler.SetAside("ada1", 100), ElementsAre("ada2"));
+  ASSERT_TRUE(scheduler.Remove("ada2"));
+  EXPECT_EQ(scheduler.Settle("ada1", Job("ada", "2"))->id, "ada2");
+  scheduler.Finished("ada2", 1);
+  EXPECT_THAT(Order(scheduler), ElementsAre("ada3"));
+}
+
+TEST_F(SchedulerTest, OnlyWhatFitsIntoAPlaceTakesIt) {
+  Scheduler scheduler({.cores = 4, .max_running_memory_bytes = 100, .large_core_seconds = 30}, clock_);
+  const auto add = [&](const std::string& name, int threads, std::int64_t memory, double core_seconds = 1) {
+    Scheduler::Request request = Job("ada", name, core_seconds);
+    request.demand.threads = threads;
+    request.demand.memory_bytes = memory;
+    request.takes_free_cores = name == "ensemble";
+    scheduler.Restore(request);
+  };
+  add("other", 1, 50);
+  add("1", 2, 40);
+  add("threads", 3, 10);
+  add("memory", 1, 60);
+  add("large", 1, 10, 31);
+  add("ensemble", 1, 10);
+  add("fits", 2, 50);
+  for (int k = 0; k < 6; ++k) add("threads" + std::to_string(k), 4, 10);
+  ASSERT_EQ(scheduler.StartNext()->id, "adaother");
+  ASSERT_EQ(scheduler.StartNext()->id, "ada1");
+  EXPECT_THAT(scheduler.SetAside("ada1", 100), ElementsAre("adafits"));
+}
+
 TEST_F(SchedulerTest, PriorityCountsWithinAUserOnly) {
   Scheduler scheduler({.cores = 1}, clock_);
   Scheduler::Request urgent = Job("ada", "urgent");
@@ -180,8 +250,7 @@ TEST_F(SchedulerTest, ASmallJobOfWhoHasSavedForItDoesNotWaitForJobsThatRun) {
 }
 
 TEST_F(SchedulerTest, NothingIsLentToWhoTakesMoreThanPredicted) {
-  Scheduler scheduler({.cores = 1, .max_saved_core_seconds = 5, .small_core_seconds = 1, .burst_cores = 1},
-                      clock_);
+  Scheduler scheduler({.cores = 1, .max_saved_core_seconds = 5, .small_core_seconds = 1, .burst_cores = 1}, clock_);
   for (int k = 0; k < 100; ++k) scheduler.Restore(Job("heavy", std::to_string(k), 10));
   ASSERT_EQ(scheduler.StartNext()->id, "heavy0");
   scheduler.Restore(Job("liar", "1", 0.1));

@@ -111,6 +111,40 @@ TEST_F(PostgresFaultsTest, AServerThatHangsIsGivenUpAfterAWhile) {
   ExpectWellSoon(*store, ids);
 }
 
+// Cancelled, as by an operator, the wait ends with a warning and a commit that only this server has.
+TEST_F(PostgresFaultsTest, WhatTheSynchronousStandbyDoesNotHaveIsNotAcknowledged) {
+  UseAnotherServer();
+  const auto store = Open();
+  const std::vector<JobId> ids = Fill(*store, 1);
+  PostgresConnection operators = ConnectionIn(schema_);
+  const auto wait_for = [&](const std::string& standbys) {
+    operators.Run("ALTER SYSTEM SET synchronous_standby_names = '" + standbys + "'");
+    operators.Run("SELECT pg_reload_conf()::text");
+    while (operators.Run("SHOW synchronous_standby_names").Bytes(0, 0) != standbys) std::this_thread::sleep_for(10ms);
+  };
+  wait_for("elsewhere");
+  absl::Status status;
+  std::thread creating([&] { status = store->Create(SampleJob()).status(); });
+  const auto cancel = [&] {
+    return operators
+        .Run(
+            "SELECT pg_cancel_backend(pid)::text FROM pg_stat_activity WHERE wait_event = 'SyncRep'"
+            " AND application_name = 'dlcsd'")
+        .size();
+  };
+  int cancelled = 0;
+  for (int k = 0; k < 300 && cancelled == 0; ++k) {
+    std::this_thread::sleep_for(10ms);
+    cancelled = cancel();
+  }
+  creating.join();
+  EXPECT_EQ(cancelled, 1);
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable) << status;
+  EXPECT_THAT(log_.str(), HasSubstr("synchronous replication"));
+  wait_for("");
+  ExpectWellSoon(*store, ids);
+}
+
 TEST_F(PostgresFaultsTest, SessionsThatWereEndedBetweenCallsAreNotNoticed) {
   const auto store = Open();
   const std::vector<JobId> ids = Fill(*store, 1);
@@ -194,7 +228,11 @@ TEST_F(PostgresFaultsTest, DamagedPagesAreSaidToBeDamagedAndACopyIsTakenUpAgain)
     page << std::string(3000, 'g');
   }
   server_->Start();
-  const absl::Status status = store->Get("ada", ids[0]).status();
+  absl::Status status = store->Get("ada", ids[0]).status();
+  for (int k = 0; k < 200 && absl::IsUnavailable(status); ++k) {  // tried again after a moment
+    std::this_thread::sleep_for(50ms);
+    status = store->Get("ada", ids[0]).status();
+  }
   EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
   EXPECT_THAT(std::string(status.message()), HasSubstr("damaged"));
   EXPECT_FALSE(store->Healthy());
@@ -263,6 +301,27 @@ TEST_F(PostgresFaultsTest, MigrationsKeepTheRowsAndAFailedStepLeavesTheVersionBe
   ASSERT_TRUE(Migrate(connection, mended, IfMissing::kFail).ok());  // nothing left to do
   EXPECT_EQ(connection.Run("SELECT version FROM dlcs_schema").Int(0, 0), 3);
   EXPECT_EQ(connection.Run("SELECT string_agg(a || ':' || b, ',' ORDER BY a) FROM t").Bytes(0, 0), "1:7,2:8");
+}
+
+TEST_F(PostgresFaultsTest, AStoreWhoseTablesNotifiedIsTakenUp) {
+  PostgresConnection connection = ConnectionIn(schema_);
+  ASSERT_TRUE(Migrate(connection, PostgresMigrations().first(4), IfMissing::kCreate).ok());
+  connection.Execute(
+      "INSERT INTO jobs (id, owner, request_id, body_hash, priority, core_seconds, memory_bytes, threads, state,"
+      " created, stored_bytes) VALUES ('abcdefghijklmnopqrstuvwxyz', 'ada', '', '', 0, 1, 1, 1, 1, 5, 1);"
+      "INSERT INTO bodies SELECT number, 'body' FROM jobs");
+  connection.Execute("LISTEN dlcs_jobs");  // not in the transaction whose trigger notifies
+  EXPECT_EQ(connection.TakeNotifications().size(), 0u);
+  const auto store = Open();
+  const JobId old[] = {"abcdefghijklmnopqrstuvwxyz"};
+  const auto claimed = store->Claim("w", 30s, old);
+  ASSERT_TRUE(claimed.ok() && claimed->has_value()) << claimed.status();
+  EXPECT_EQ((*claimed)->body, "body");
+  ASSERT_TRUE(store->Append((*claimed)->lease, SampleWindow(0, 10)).ok());
+  ASSERT_TRUE(store->Finish((*claimed)->lease, SampleEnd(20)).ok());
+  EXPECT_EQ(*store->Expire({.max_finished_bytes = 0}), 1);
+  EXPECT_EQ(connection.Run("SELECT version FROM dlcs_schema").Int(0, 0), 5);
+  EXPECT_EQ(connection.TakeNotifications().size(), 0u) << "in the transaction of a claim, a window or an end";
 }
 
 TEST_F(PostgresFaultsTest, ServersThatStartTogetherMakeTheTablesOnce) {

@@ -63,6 +63,15 @@ TEST(PostgresNoticeTest, LeavesOutWhatItHeardInPart) {
   }
 }
 
+TEST(PostgresNoticeTest, TellsWhatIsFollowed) {
+  const std::vector<std::string> notices = NoticesOf({.what = JobChange::What::kFollowed, .job = kJob});
+  ASSERT_THAT(notices, SizeIs(1));
+  const auto change = NoticeReader().Read(notices[0]);
+  ASSERT_TRUE(change.has_value());
+  EXPECT_EQ(change->what, JobChange::What::kFollowed);
+  EXPECT_EQ(change->job, kJob);
+}
+
 TEST(PostgresNoticeTest, TellsWhatIsWanted) {
   for (const EventDetail& detail : {EventDetail(), EventDetail{.most_times = 65, .components = {0, 2}},
                                     EventDetail{.most_times = ~std::size_t{0}, .components = {}}}) {

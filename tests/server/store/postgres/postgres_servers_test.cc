@@ -3,15 +3,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/jobs/job_manager.h"
 #include "server/store/postgres/postgres_job_store.h"
 #include "tests/server/jobs/fake_solve.h"
 #include "tests/server/jobs/job_follower.h"
+#include "tests/server/store/job_samples.h"
 #include "tests/server/store/postgres/postgres_server.h"
 
 namespace dlcs::jobs {
@@ -28,10 +34,13 @@ using testing::Trajectory;
 class PostgresServersTest : public ::testing::Test {
  protected:
   struct Server {
+    std::atomic<int> claims = 0;
     PostgresJobStore store;
     JobManager manager;
     Server(const std::string& address, const JobManagerOptions& options)
-        : store({.address = address}), manager(options, store, &Cost, FakeSolve, SystemClock()) {}
+        : store({.address = address,
+                 .timer = [this](const std::string& operation, const auto&, auto) { claims += operation == "Claim"; }}),
+          manager(options, store, &Cost, FakeSolve, SystemClock()) {}
   };
   ~PostgresServersTest() override { PostgresServer::Shared().Execute("DROP SCHEMA servers CASCADE"); }
 
@@ -132,6 +141,76 @@ TEST_F(PostgresServersTest, AJobOfAServerThatDrainsGoesOnAtAnother) {
   EXPECT_THAT(follower.durable, Contains("SUCCEEDED"));
   EXPECT_EQ(Trajectory(other->store, id), Trajectory(40));
   EXPECT_EQ(other->store.Get("ada", id)->attempts, 1);
+}
+
+// One claim names many jobs, so that those which another server has taken cost one together.
+TEST_F(PostgresServersTest, JobsThatAnotherServerHasAreNotClaimedOneByOne) {
+  const auto front = StartFront();
+  std::vector<JobId> ids;
+  for (int k = 0; k < 41; ++k) ids.push_back(Submit(*front, k == 0 ? "wait" : "1 1 1"));
+  JobManagerOptions options = Named("worker");
+  options.limits.cores = 1;
+  const auto worker = Start(options);
+  JobFollower first(front->manager, ids[0]);
+  first.Read([](const Event& event) { return *event.payload == "RUNNING"; });
+  // The worker knows all of them.
+  for (std::size_t k = 1; k <= 35; ++k) ASSERT_TRUE((*front->store.Claim("other", 1h, {&ids[k], 1})).has_value());
+  ASSERT_TRUE(front->manager.Cancel("ada", ids[0]).ok());
+  for (std::size_t k = 36; k < ids.size(); ++k) {
+    JobFollower follower(front->manager, ids[k]);
+    follower.Read();
+    EXPECT_THAT(follower.durable, ElementsAre("QUEUED", "RUNNING", "analysis", "window 0", "SUCCEEDED", "solved"));
+  }
+  EXPECT_LE(worker->claims, 6 + 4);
+  EXPECT_EQ(front->store.Get("ada", ids[1])->state, JobState::kRunning);
+}
+
+// Every server hears every notification, so that events are told only of jobs that some server follows, also of what
+// happened a moment before it began to.
+TEST_F(PostgresServersTest, EventsAreToldOfJobsThatAreFollowed) {
+  PostgresJobStore follower({.address = address_});
+  PostgresJobStore worker({.address = address_});
+  std::mutex mutex;
+  std::condition_variable heard;
+  std::vector<std::pair<JobChange::What, JobId>> changes;
+  bool is_listening = false;
+  follower.Subscribe([&](const JobChange& change) {
+    const std::lock_guard lock(mutex);
+    is_listening = true;
+    if (change.what != JobChange::What::kUnknown) changes.emplace_back(change.what, change.job);
+    heard.notify_one();
+  });
+  bool worker_is_listening = false;
+  worker.Subscribe([&](const JobChange&) {
+    const std::lock_guard lock(mutex);
+    worker_is_listening = true;
+    heard.notify_one();
+  });
+  const auto hears = [&](JobChange::What what, const JobId& id) {
+    std::unique_lock lock(mutex);
+    return heard.wait_for(lock, 30s, [&] { return std::ranges::count(changes, std::pair(what, id)) > 0; });
+  };
+  const auto forget = [&] {
+    const std::lock_guard lock(mutex);
+    changes.clear();
+  };
+  {
+    std::unique_lock lock(mutex);
+    ASSERT_TRUE(heard.wait_for(lock, 30s, [&] { return is_listening && worker_is_listening; }));
+  }
+  const JobId one[] = {follower.Create(testing::SampleJob())->job.id};
+  EXPECT_TRUE(hears(JobChange::What::kClaimable, one[0]));
+  const auto claimed = worker.Claim("w", 1h, one);
+  ASSERT_TRUE(claimed.ok() && claimed->has_value());
+  ASSERT_TRUE(worker.Append((*claimed)->lease, testing::SampleWindow(0, 10)).ok());
+  ASSERT_TRUE(worker.RequestCancel("ada", one[0]).ok());
+  EXPECT_TRUE(hears(JobChange::What::kCancelling, one[0]));  // by a statement after all of that
+  EXPECT_EQ(std::ranges::count(changes, std::pair(JobChange::What::kEvents, one[0])), 0);
+  follower.Publish({.what = JobChange::What::kFollowed, .job = one[0]});
+  EXPECT_TRUE(hears(JobChange::What::kEvents, one[0])) << "of what was before";
+  forget();
+  ASSERT_TRUE(worker.Append((*claimed)->lease, testing::SampleWindow(1, 20)).ok());
+  EXPECT_TRUE(hears(JobChange::What::kEvents, one[0]));
 }
 
 TEST_F(PostgresServersTest, ManyJobsAreSharedAndEachIsRunOnce) {
