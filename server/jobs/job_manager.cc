@@ -319,20 +319,20 @@ std::optional<ClaimedJob> JobManager::Claim(Scheduler::Start& start) {
     scheduler_.PutBack(start.id);
     return std::nullopt;
   }
-  std::optional<Scheduler::Request> request;
-  if (claimed->has_value()) request = RequestOf((*claimed)->job);
-  const std::optional<Scheduler::Start> started = scheduler_.Settle(start.id, request);
-  if (started.has_value() && started->id == start.id) return *std::move(claimed);
-  // Of the first, events that were told while it seemed to be ours were left out.
-  active_.erase(start.id);
-  if (logs_.contains(start.id)) changed_jobs_.insert(start.id);
-  if (started.has_value()) {
-    active_[started->id] = {};
-    // One may have been of this job, when it was not known to be ours.
-    if (cancels_ != cancels_before) changed_jobs_.insert(started->id);
-    start = *started;
+  if (!claimed->has_value()) {
+    scheduler_.Settle(start.id, std::nullopt);
+    return std::nullopt;
   }
+  const Scheduler::Start started = *scheduler_.Settle(start.id, RequestOf((*claimed)->job));
+  if (started.id == start.id) return *std::move(claimed);
+  active_.erase(start.id);
+  active_[started.id] = {};
+  // Of the first, events that were told while it seemed to be ours were left out. A request to stop the other may have
+  // come before it was known to be ours.
+  if (logs_.contains(start.id)) changed_jobs_.insert(start.id);
+  if (cancels_ != cancels_before) changed_jobs_.insert(started.id);
   house_.notify_one();
+  start = started;
   return *std::move(claimed);
 }
 

@@ -324,8 +324,8 @@ std::optional<Scheduler::Start> Scheduler::Settle(const JobId& started, const st
   if (claimed.has_value() && claimed->id == started) {
     return Start{.id = started, .threads = place.request.demand.threads};
   }
-  Finished(started, 0);
   if (!claimed.has_value()) return std::nullopt;
+  Finished(started, 0);
   if (!queued_.contains(claimed->id)) Restore(*claimed);
   const Place& other = queued_.at(claimed->id);
   const auto owner = owners_.find(other.owner);

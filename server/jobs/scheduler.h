@@ -101,7 +101,8 @@ class Scheduler {
   void PutBack(const JobId& started);
   // What came of `started` and the jobs set aside for it. `claimed`: the one that this server has got, in the order in
   // which they were named: those before it, all where it is absent, are other servers' and leave the queue; the rest
-  // are queued as before. Returns what is started now; where it is absent `started` has ended.
+  // are queued as before. Returns what runs now. Where it is another job, `started` has ended; where it is absent,
+  // `started` still has its place, until Finished().
   std::optional<Start> Settle(const JobId& started, const std::optional<Request>& claimed);
   // Frees the cores of a job that needs them no more, after `core_seconds`. It keeps its memory.
   void GiveBackCores(const JobId& id, double core_seconds);

@@ -7,14 +7,12 @@
 
 The day, second by second: jobs arrive at random, three times as many as on average at the peak; users belong to stores
 by a hash, and some have far more jobs than others; each store has its share of the workers. A second of a store's
-processors goes to the lists that servers read (once a second each, and longer with a longer queue), to notifications
-(each is heard by each server of the store), to claims that another worker won, and to the lives of jobs. Commits that
-notify have a flush of the disk each. At the peak the store with most jobs fails for some minutes: nothing of it starts
-or ends, and what arrives waits.
+processors goes to the lists that servers read (once a second each, and longer with a longer queue), to notifications of
+new jobs (at most 50 a second by each front, and each is heard by each server of the store), and to the lives of jobs. At
+the peak the store with most jobs fails for some minutes: nothing of it starts or ends, and what arrives waits.
 
 The set-up of store_load is simulated by events: each operation takes processor time, in order of arrival, and then
-waits for a flush of the disk. Any number share one; of those that notify, one at a time, since PostgreSQL has a lock
-for them from before the flush to its end.
+waits for a flush of the disk, which any number share.
 """
 
 import argparse
@@ -43,32 +41,29 @@ def arguments():
     add("--down-s", type=int, default=600, help="the failure of a store")
     add("--limit", type=int, default=1000, help="of a list")
     add("--poll-s", type=float, default=1, help="between lists of a server")
-    add("--list-age-s", type=float, default=0.5, help="mean age of a list; 0: claims name many candidates")
+    add("--fronts", type=int, default=2, help="of a store")
     # Measured: milliseconds of a processor.
     add("--life-ms", type=float, default=LIFE_MS, help="the database's, for the whole life of a job")
-    add("--lost-ms", type=float, default=LOST_MS, help="a claim of a job that another worker has")
     add("--list-ms", type=float, default=LIST_MS, help="a list of no jobs")
     add("--listed-ms", type=float, default=LISTED_MS, help="each job in a list")
     add("--notice-ms", type=float, default=NOTICE_MS, help="a notification, for each server that hears it")
-    add("--notices", type=float, default=NOTICES, help="of a job")
     add("--worker-ms", type=float, default=WORKER_MS, help="the worker's calls of the store, with --closed")
-    add("--flush-ms", type=float, default=FLUSH_MS, help="of the disk; one at a time for what notifies")
+    add("--flush-ms", type=float, default=FLUSH_MS, help="of the disk, with --closed")
     return parser.parse_args()
 
 
-# Of the set-up of store_load, whether each commit notifies: create, claim, renew, two windows, finish.
-COMMITS = [True, True, False, True, True, True]
+COMMITS = 6  # of a job of store_load: create, claim, renew, two windows, finish
+NOTICES_PER_S = 50  # of a server (postgres_announcer.cc)
 
 
 def closed(a, seconds=100.0):
     """Jobs per second of `a.workers` threads on `a.processors`; a part of a processor is a slow one."""
     rng = random.Random(1)
     count = max(1, math.ceil(a.processors))
-    lost_ms = 0 if a.list_age_s == 0 else (a.workers - 1) * a.lost_ms
-    burst = 1e-3 * count / a.processors * (a.life_ms + a.worker_ms + lost_ms) / len(COMMITS)
+    burst = 1e-3 * count / a.processors * (a.life_ms + a.worker_ms) / COMMITS
     free = [0.0] * count  # when each processor is free
-    plain, notifying, flushing = [], [], []
-    done = [0] * a.workers  # commits
+    waiting, flushing = [], []
+    done = 0  # commits
     events = [(0.0, k, "ready") for k in range(a.workers)]
     while events:
         now, worker, what = heapq.heappop(events)
@@ -80,17 +75,16 @@ def closed(a, seconds=100.0):
             heapq.heappush(events, (end, worker, "commit"))
             continue
         if what == "commit":
-            notifies = a.notices > 0 and COMMITS[done[worker] % len(COMMITS)]
-            (notifying if notifies else plain).append(worker)
+            waiting.append(worker)
         else:
+            done += len(flushing)
             for one in flushing:
-                done[one] += 1
                 heapq.heappush(events, (now, one, "ready"))
             flushing = []
-        if not flushing and (plain or notifying):
-            flushing, plain, notifying = plain + notifying[:1], [], notifying[1:]
+        if not flushing and waiting:
+            flushing, waiting = waiting, []
             heapq.heappush(events, (now + 1e-3 * a.flush_ms, -1, "flushed"))
-    return sum(done) / len(COMMITS) / seconds
+    return done / COMMITS / seconds
 
 
 def shape(second):
@@ -120,27 +114,23 @@ def day(a, stores):
     queue, busy = np.zeros(stores, int), np.zeros(stores, int)
     ends = min(1 / a.job_s, 1)
     budget = 1e3 * a.processors * a.busiest  # ms in a second
-    commits = 1e3 / (a.flush_ms * a.notices) if a.notices else np.inf  # jobs a second whose notices can be flushed
     failed = int(np.argmax(share))
     fails, back = 14 * 3600, 14 * 3600 + a.down_s
     arrived, started = np.zeros((DAY, stores)), np.zeros((DAY, stores))
     used, overhead, idle = np.zeros((DAY, stores)), np.zeros((DAY, stores)), np.zeros(DAY)
-    rate = np.zeros(stores)  # of starts, smoothed over seconds
     for t in range(DAY):
         new = rng.poisson(a.jobs / DAY * shape(t) * share)
         queue = queue + new
         lists = servers / a.poll_s * (a.list_ms + a.listed_ms * np.minimum(queue, a.limit))
-        lost = np.minimum(rate * a.list_age_s, workers - 1) * a.lost_ms
-        life = a.life_ms + lost + a.notices * a.notice_ms * servers
+        told = np.minimum(new, NOTICES_PER_S * a.fronts) * a.notice_ms * servers
         done = rng.binomial(busy, ends)
         room = np.minimum(queue, workers - busy + done)
-        starts = np.minimum(np.minimum(room, commits), np.maximum(budget - lists, 0) / life).astype(int)
+        starts = np.minimum(room, np.maximum(budget - lists - told, 0) / a.life_ms).astype(int)
         if fails <= t < back:
             starts[failed] = done[failed] = 0
         queue, busy = queue - starts, busy + starts - done
-        rate += (starts - rate) / 10
         arrived[t], started[t] = new, starts
-        used[t] = lists + starts * life
+        used[t] = lists + told + starts * a.life_ms
         overhead[t] = used[t] - starts * a.life_ms
         idle[t] = a.workers - busy.sum()
     return summary(a, share, failed, queue, arrived, started, used, overhead, idle)
@@ -190,7 +180,7 @@ def main():
 
 
 # As measured on two shared cores (README.md).
-LIFE_MS, LOST_MS, LIST_MS, LISTED_MS, NOTICE_MS, NOTICES, WORKER_MS, FLUSH_MS = 7, 0.45, 0.5, 0.005, 0.024, 5, 1.2, 2
+LIFE_MS, LIST_MS, LISTED_MS, NOTICE_MS, WORKER_MS, FLUSH_MS = 5, 0.5, 0.005, 0.024, 0.8, 2
 
 if __name__ == "__main__":
     main()

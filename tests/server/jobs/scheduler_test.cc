@@ -117,6 +117,8 @@ TEST_F(SchedulerTest, AnotherJobTakesThePlaceOfOneThatAnotherServerHas) {
   EXPECT_FALSE(scheduler.Knows("ada2"));
   EXPECT_TRUE(scheduler.Knows("ada3"));
   EXPECT_FALSE(scheduler.Settle("bob2", std::nullopt).has_value());
+  EXPECT_TRUE(scheduler.Knows("bob2"));
+  scheduler.Finished("bob2", 0);
   EXPECT_FALSE(scheduler.Knows("bob3"));
   EXPECT_EQ(scheduler.running(), 1);
   scheduler.Finished("bob1", 1);
