@@ -350,7 +350,11 @@ std::shared_ptr<JobRun> JobManager::Begin(Scheduler::Start& start) {
   active.run = run;
   if (active.cancelled || job.state == JobState::kCancelling) run->Stop(StopCause::kCancelled);
   if (draining_) run->Stop(StopCause::kDrain);
-  if (run->is_shard()) return run;
+  if (run->is_shard()) {
+    asks_others_ = true;  // others may end the ensemble
+    house_.notify_one();
+    return run;
+  }
   if (const auto audience = watched_elsewhere_.find(start.id); audience != watched_elsewhere_.end()) {
     relay_.Want(start.id, log, audience->second.detail);
   }

@@ -158,7 +158,7 @@ class Faults:
         self.ways.append(how)
         print(f"  {old.machine.name} is {how}, {new.machine.name} takes over", flush=True)
         {"killed": old.kill, "frozen": old.freeze, "unplugged": old.machine.unplug}[how]()
-        self.pause(0, 1)
+        self.pause(2, 3)  # OPERATIONS.md says why not sooner
         new.promote()
         fleet.primary, fleet.standby = new, old
         if how == "killed":

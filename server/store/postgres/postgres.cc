@@ -22,6 +22,9 @@ constexpr unsigned kBytea = 17, kBigint = 20, kText = 25, kDouble = 701;
 // A shutdown waits for it.
 constexpr std::chrono::seconds kLongestConnecting{5};
 
+// Less than it takes to notice that a primary is lost and to promote its standby.
+constexpr std::chrono::seconds kConfirmedFor{1};
+
 using Result = std::unique_ptr<PGresult, void (*)(PGresult*)>;
 
 // libpq's messages have several lines and end with a newline.
@@ -222,6 +225,23 @@ void PostgresConnection::Execute(const std::string& script) {
   Receive();
 }
 
+void PostgresConnection::RunConfirmed(const std::string& sql) {
+  const auto begin = std::chrono::steady_clock::now();
+  TakeWarning();
+  Run(sql);
+  // Of nothing else a server warns at a commit.
+  if (const std::string warning = TakeWarning(); !warning.empty()) throw PostgresError("", warning);
+  confirmed_ = begin;
+}
+
+void PostgresConnection::Confirm() {
+  if (std::chrono::steady_clock::now() - confirmed_ < kConfirmedFor) return;
+  // A record in the log, of which nobody takes notice, and no row that others may have locked.
+  RunConfirmed(
+      "SELECT pg_logical_emit_message(true, 'dlcs', '')::text"
+      " WHERE current_setting('synchronous_standby_names') <> ''");
+}
+
 bool PostgresConnection::IsAlive() {
   if (PQstatus(connection_) != CONNECTION_OK || PQtransactionStatus(connection_) != PQTRANS_IDLE) return false;
   // A server without a pending statement sends nothing but the end of the connection.
@@ -260,11 +280,6 @@ PostgresTransaction::~PostgresTransaction() {
   }
 }
 
-void PostgresTransaction::Commit() {
-  connection_.TakeWarning();
-  connection_.Run("COMMIT");
-  // The server warns at a commit of nothing else.
-  if (const std::string warning = connection_.TakeWarning(); !warning.empty()) throw PostgresError("", warning);
-}
+void PostgresTransaction::Commit() { connection_.RunConfirmed("COMMIT"); }
 
 }  // namespace dlcs::jobs

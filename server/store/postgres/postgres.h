@@ -8,6 +8,7 @@
 #define DLCS_SERVER_STORE_POSTGRES_POSTGRES_H_
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <exception>
@@ -99,6 +100,8 @@ class PostgresRows {
 
 // For one thread at a time.
 class PostgresConnection {
+  friend class PostgresTransaction;
+
  public:
   // `address` is what libpq takes for a database: a URI, or keyword=value pairs. Connects within about `patience`, at
   // most 5 s per host. Later it waits at most `patience` for a response of the server.
@@ -120,6 +123,12 @@ class PostgresConnection {
   bool InTransaction() const;
   // The last warning since the last call; empty if there was none.
   std::string TakeWarning() { return std::exchange(warning_, {}); }
+
+  // To be called behind a read, outside of transactions. A server that was the primary, and wakes up after its standby
+  // was promoted, still answers with what it knew. So where nothing was committed on this connection for a second, this
+  // commits, which a lost primary cannot where it has a synchronous standby; it throws then. Costs a round trip where
+  // there is none.
+  void Confirm();
   // Returns the previous value.
   Duration set_patience(Duration patience) { return std::exchange(patience_, patience); }
 
@@ -136,6 +145,8 @@ class PostgresConnection {
   PostgresRows Receive();
   // Until the socket can be read, or written where `to_write` says so.
   void Wait(bool to_write);
+  // The statement waits for the standby, at its commit.
+  void RunConfirmed(const std::string& sql);
   [[noreturn]] void ThrowLost() const;
   // libpq gives it warnings and notices.
   static void Notice(void* connection, const pg_result* notice);
@@ -143,6 +154,7 @@ class PostgresConnection {
   pg_conn* connection_ = nullptr;
   Duration patience_;
   std::string warning_;
+  std::chrono::steady_clock::time_point confirmed_{};  // the beginning of the last commit
 };
 
 // Rolled back unless committed.

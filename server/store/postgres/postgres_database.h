@@ -56,22 +56,32 @@ class PostgresDatabase {
   auto Write(Body&& body, const char* operation = __builtin_FUNCTION())
       -> std::invoke_result_t<Body, PostgresConnection&> {
     const auto in_transaction = [&](PostgresConnection& connection) {
-      PostgresTransaction transaction(connection);
-      auto result = body(connection);
-      if (result.ok()) {
-        transaction.Commit();
-        if (!healthy_.exchange(true)) log_.Recovered();
-      }
+      auto result = [&] {
+        PostgresTransaction transaction(connection);
+        auto done = body(connection);
+        if (done.ok()) {
+          transaction.Commit();
+          if (!healthy_.exchange(true)) log_.Recovered();
+        }
+        return done;
+      }();
+      if (!result.ok()) connection.Confirm();
       return result;
     };
     return Timed(options_.timer, operation, [&] { return With(in_transaction); });
   }
 
-  // The same without a transaction; `body` only reads.
+  // The same without a transaction; `body` only reads. What it has read is at most a second old, also where another
+  // server has become the primary (PostgresConnection::Confirm()); so is the reason why Write() did nothing.
   template <typename Body>
   auto Read(Body&& body, const char* operation = __builtin_FUNCTION())
       -> std::invoke_result_t<Body, PostgresConnection&> {
-    return Timed(options_.timer, operation, [&] { return With(body); });
+    const auto confirmed = [&](PostgresConnection& connection) {
+      auto result = body(connection);
+      connection.Confirm();
+      return result;
+    };
+    return Timed(options_.timer, operation, [&] { return With(confirmed); });
   }
 
   // A connection of the caller's own, set up as those of the pool are. Throws PostgresError.

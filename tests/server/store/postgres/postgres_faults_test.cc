@@ -145,6 +145,27 @@ TEST_F(PostgresFaultsTest, WhatTheSynchronousStandbyDoesNotHaveIsNotAcknowledged
   ExpectWellSoon(*store, ids);
 }
 
+// As on a primary that wakes up when its standby has taken its place: it does not know what has happened since.
+TEST_F(PostgresFaultsTest, APrimaryWithoutItsStandbyIsNotBelieved) {
+  UseAnotherServer();
+  const auto store = Open();
+  const std::vector<JobId> ids = Fill(*store, 1);
+  PostgresConnection operators = ConnectionIn(schema_);
+  operators.Run("ALTER SYSTEM SET synchronous_standby_names = 'elsewhere'");
+  operators.Run("SELECT pg_reload_conf()::text");
+  while (operators.Run("SHOW synchronous_standby_names").Bytes(0, 0).empty()) std::this_thread::sleep_for(10ms);
+  std::this_thread::sleep_for(1100ms);  // what was committed before is believed for a second
+  EXPECT_EQ(store->Get("ada", ids[0]).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(store->Get("ada", NewJobId()).status().code(), absl::StatusCode::kUnavailable) << "it may exist elsewhere";
+  const JobId none[] = {NewJobId()};
+  EXPECT_EQ(store->RenewLease({.job = none[0], .worker = "w"}, 1s).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_FALSE(store->Healthy());
+  operators.Run("ALTER SYSTEM RESET synchronous_standby_names");
+  operators.Run("SELECT pg_reload_conf()::text");
+  ExpectWellSoon(*store, ids);
+  EXPECT_EQ(store->Get("ada", NewJobId()).status().code(), absl::StatusCode::kNotFound);
+}
+
 TEST_F(PostgresFaultsTest, SessionsThatWereEndedBetweenCallsAreNotNoticed) {
   const auto store = Open();
   const std::vector<JobId> ids = Fill(*store, 1);
