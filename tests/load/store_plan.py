@@ -7,9 +7,9 @@
 
 The day, second by second: jobs arrive at random, three times as many as on average at the peak; users belong to stores
 by a hash, and some have far more jobs than others; each store has its share of the workers. A second of a store's
-processors goes to the lists that servers read (once a second each, and longer with a longer queue), to notifications of
-new jobs (at most 50 a second by each front, and each is heard by each server of the store), and to the lives of jobs. At
-the peak the store with most jobs fails for some minutes: nothing of it starts or ends, and what arrives waits.
+processors goes to the lists that servers read (once a second each, and longer with a longer queue), to notifications
+of new jobs (at most 50 a second by each front, and each is heard by each server of the store), and to the lives of
+jobs. At the peak the store with most jobs fails for some minutes: nothing of it starts or ends, and what arrives waits.
 
 The set-up of store_load is simulated by events: each operation takes processor time, in order of arrival, and then
 waits for a flush of the disk, which any number share.
