@@ -245,12 +245,13 @@ def check_store(clients, sql):
             clients.fault(f"{job.name} is in state {stored[request][1]}")
     # Of one life: its first event, one end, its summary as the last event, and all parts of its result.
     wrong = sql(
-        "SELECT id FROM jobs LEFT JOIN LATERAL (SELECT count(*) FILTER (WHERE kind = 1 AND payload IN ('SUCCEEDED',"
-        " 'FAILED', 'CANCELLED')) AS ends, count(*) FILTER (WHERE kind = 1 AND payload = 'QUEUED') AS queued,"
-        " count(*) FILTER (WHERE kind = 4) AS summaries, max(sequence) AS last, min(sequence) AS first FROM events WHERE job = jobs.number) AS e ON true LEFT JOIN"
-        " LATERAL (SELECT count(*) AS parts, COALESCE(max(number) + 1, 0) AS next FROM chunks WHERE job = jobs.number)"
-        " AS c ON true WHERE e.ends <> 1 OR e.summaries <> 1 OR e.queued < 1 OR e.last <> jobs.sequence OR e.first <> 1"
-        " OR c.parts <> jobs.chunks OR c.next <> c.parts"
+        "SELECT id FROM jobs LEFT JOIN LATERAL (SELECT min(sequence) AS first, max(sequence) AS last,"
+        " count(*) FILTER (WHERE kind = 1 AND payload IN ('SUCCEEDED', 'FAILED', 'CANCELLED')) AS ends,"
+        " count(*) FILTER (WHERE kind = 1 AND payload = 'QUEUED') AS queued,"
+        " count(*) FILTER (WHERE kind = 4) AS summaries FROM events WHERE job = jobs.number) AS e ON true"
+        " LEFT JOIN LATERAL (SELECT count(*) AS parts, COALESCE(max(number) + 1, 0) AS next FROM chunks"
+        " WHERE job = jobs.number) AS c ON true WHERE e.ends <> 1 OR e.summaries <> 1 OR e.queued < 1"
+        " OR e.first <> 1 OR e.last <> jobs.sequence OR c.parts <> jobs.chunks OR c.next <> c.parts"
     )
     for (name,) in wrong:
         clients.fault(f"jobs/{name}: its events or parts are not those of one life")
