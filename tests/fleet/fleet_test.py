@@ -3,10 +3,10 @@
 """Three fronts, six workers with wrong clocks, and a PostgreSQL with a synchronous standby, each on a machine of its
 own, of which this program breaks one after the other while clients submit and follow jobs.
 
-    tests/fleet/fleet_test.py DLCSD DLCS [--jobs 300] [--seconds 40] [--seed 1] [--only FAULT,...]
+    tests/fleet/fleet_test.py DLCSD DLCS [--jobs 100] [--between 10] [--seed 1] [--only FAULT,...]
 
-Faults go on for so many seconds and until so many jobs have ended, and each kind is seen at least once. Exit status 0 if
-all that was acknowledged is true (README.md), 77 where there are no network namespaces.
+Faults go on until so many jobs have ended, each kind at least once, and so many jobs end between two of them. Exit
+status 0 if all that was acknowledged is true (README.md), 77 where there are no network namespaces.
 """
 
 import argparse
@@ -29,7 +29,7 @@ from history import TRANSIENT, Clients, Solves, check_store, jobs_pb2, jobs_pb2_
 from machines import Database, Server, wait_until  # noqa: E402
 
 EXAMPLE = pathlib.Path(__file__).resolve().parents[2] / "deploy" / "examples" / "rectifier.json"
-LEASE_S = 1.5
+LEASE_S = 1
 CLOCKS = {"f2": 300, "f3": -300, "w1": 300, "w2": -300}
 
 
@@ -43,12 +43,15 @@ class Fleet:
         self.primary.create()
         self.standby.follow(self.primary)
         hosts = ",".join(database.machine.address for database in self.databases)
-        # A host that does not answer is passed over after 2 s, and a connection that it does not confirm ends after 5 s.
-        store = f"postgresql://dlcs@{hosts}/dlcs?target_session_attrs=read-write&connect_timeout=2&tcp_user_timeout=5000"
+        # A host that does not answer is passed over after 2 s; a connection whose data is not confirmed ends after 5 s.
+        settings = "target_session_attrs=read-write&connect_timeout=2&tcp_user_timeout=5000"
+        store = f"postgresql://dlcs@{hosts}/dlcs?{settings}"
         self.fronts = [self.server(f"f{k}", "front", store) for k in (1, 2, 3)]
         self.workers = [self.server(f"w{k}", "worker", store) for k in range(1, 7)]
         for server in self.servers():
             server.start()
+        for server in self.servers():
+            server.wait()
 
     def server(self, name, role, store, machine=None):
         flags = ["--lease-ms", str(int(1000 * LEASE_S)), "--checkpoint-ms", "20", "--max-queued-jobs-per-user", "1000"]
@@ -74,6 +77,15 @@ class Faults:
             if not server.is_up:
                 self.clients.fault(f"{server.machine.name} ended by itself")
                 server.start()
+                server.wait()
+
+    def recover(self, jobs):
+        """Until so many further jobs have ended."""
+        goal = self.clients.done + jobs
+        try:
+            wait_until(lambda: self.clients.done >= goal, 90, f"{jobs} further jobs")
+        except RuntimeError as error:
+            self.clients.fault(f"the fleet does not recover: {error}")
 
     def pause(self, least, most):
         time.sleep(self.random.uniform(least, most))
@@ -88,6 +100,8 @@ class Faults:
         self.pause(0, 2 * LEASE_S)
         for server in victims:
             server.start()
+        for server in victims:
+            server.wait()
 
     def freeze_servers(self):
         victims = self.some(self.fleet.workers, 3) + self.some(self.fleet.fronts, 1)
@@ -149,6 +163,7 @@ class Faults:
             if server.end() != 0:
                 self.clients.fault(f"{server.machine.name} did not end in good order")
             server.start()
+            server.wait()
 
     def fail_over(self):
         """The primary is lost, the standby becomes the primary, and the lost one wakes up before it is told."""
@@ -182,10 +197,11 @@ class Faults:
         front.address = f"unix:{old.folder}/front"  # reached also where the machine is unplugged
         front.command[front.command.index("--listen") + 1] = front.address
         front.start()
+        front.wait()
         try:
             stub = jobs_pb2_grpc.JobServiceStub(grpc.insecure_channel(front.address))
             create = jobs_pb2.CreateSolveJobRequest(solve=self.clients.solves.request(1), request_id="never")
-            deadline = time.monotonic() + 4
+            deadline = time.monotonic() + 3
             while time.monotonic() < deadline:
                 try:
                     got = stub.CreateSolveJob(create, timeout=2)
@@ -221,8 +237,8 @@ def main():
     options = argparse.ArgumentParser()
     options.add_argument("dlcsd", type=pathlib.Path)
     options.add_argument("dlcs", type=pathlib.Path)
-    options.add_argument("--jobs", type=int, default=300)
-    options.add_argument("--seconds", type=float, default=40)
+    options.add_argument("--jobs", type=int, default=100)
+    options.add_argument("--between", type=int, default=10)
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--only")
     asked = options.parse_args()
@@ -235,14 +251,14 @@ def main():
     clients.start()
     begin = time.monotonic()
     count = 0
-    while clients.done < asked.jobs or count < len(known) or time.monotonic() < begin + asked.seconds:
+    while clients.done < asked.jobs or count < len(known):
         if count % len(known) == 0:
             faults.random.shuffle(known)
         fault = known[count % len(known)]
         count += 1
         print(f"{time.monotonic() - begin:6.1f} s {clients.done:6} jobs  {fault.__name__}", flush=True)
         fault()
-        faults.pause(0.5, 2)
+        faults.recover(asked.between)
         faults.check_servers()
         if len(clients.faults) > 20 or time.monotonic() > begin + 60 * 60:
             break
@@ -250,8 +266,8 @@ def main():
     clients.join()
     check_store(clients, fleet.primary.sql)
     seconds = time.monotonic() - begin
-    print(f"{clients.done} jobs in {seconds:.0f} s, {count} faults, the longest job {clients.longest:.1f} s; calls that "
-          f"were repeated: {dict(clients.repeated)}; seed {asked.seed}")
+    print(f"{clients.done} jobs in {seconds:.0f} s, {count} faults, the longest job {clients.longest:.1f} s, seed "
+          f"{asked.seed}; calls that were repeated: {dict(clients.repeated)}")
     if clients.faults:
         print(f"{len(clients.faults)} faults of the service; logs in {folder}")
         sys.stdout.flush()

@@ -31,6 +31,7 @@ import grpc  # noqa: E402
 from dlcs.v1 import jobs_pb2, jobs_pb2_grpc, solver_pb2  # noqa: E402
 
 TIMES = (0.5, 1, 2)
+CALL_S = 5  # a front that is frozen or cut off answers nothing
 FINAL = (solver_pb2.JOB_STATE_SUCCEEDED, solver_pb2.JOB_STATE_FAILED, solver_pb2.JOB_STATE_CANCELLED)
 # What a client repeats; all else is a fault of the service.
 TRANSIENT = (
@@ -96,7 +97,7 @@ class Job:
 class Clients:
     """Each submits a job, follows it, and reads its result; calls go to any of the fronts, and are repeated."""
 
-    def __init__(self, fronts, solves, seed, at_once=12, patience=180):
+    def __init__(self, fronts, solves, seed, at_once=24, patience=180):
         options = [("grpc.max_reconnect_backoff_ms", 500), ("grpc.initial_reconnect_backoff_ms", 100)]
         self.stubs = [jobs_pb2_grpc.JobServiceStub(grpc.insecure_channel(front, options)) for front in fronts]
         self.solves = solves
@@ -142,15 +143,16 @@ class Clients:
 
     def live(self, job):
         create = jobs_pb2.CreateSolveJobRequest(solve=self.solves.request(job.number), request_id=job.request_id)
-        created = self.repeat(lambda stub: stub.CreateSolveJob(create, timeout=20), f"create {job.request_id}")
+        created = self.repeat(lambda stub: stub.CreateSolveJob(create, timeout=CALL_S), f"create {job.request_id}")
         job.name = created.name
         if job.number % 7 == 0:  # an answer that was lost
-            again = self.repeat(lambda stub: stub.CreateSolveJob(create, timeout=20), f"repeat {job.request_id}")
+            again = self.repeat(lambda stub: stub.CreateSolveJob(create, timeout=CALL_S), f"repeat {job.request_id}")
             if again.name != job.name:
                 self.fault(f"{job.request_id} is two jobs: {job.name} and {again.name}")
         state = self.watch(job) if job.number % 3 == 0 else self.poll(job)
         if state != solver_pb2.JOB_STATE_SUCCEEDED:
-            got = self.repeat(lambda stub: stub.GetSolveJob(jobs_pb2.GetSolveJobRequest(name=job.name), timeout=20), "")
+            get = jobs_pb2.GetSolveJobRequest(name=job.name)
+            got = self.repeat(lambda stub: stub.GetSolveJob(get, timeout=CALL_S), f"get {job.name}")
             self.fault(f"{job.name} ended as {solver_pb2.JobState.Name(state)}: {got.error.message}")
             return
         got = self.repeat(lambda stub: self.read(stub, job), f"read {job.name}")
@@ -174,7 +176,7 @@ class Clients:
         deadline = time.monotonic() + self.patience
         get = jobs_pb2.GetSolveJobRequest(name=job.name)
         while True:
-            state = self.repeat(lambda stub: stub.GetSolveJob(get, timeout=20), f"get {job.name}").state
+            state = self.repeat(lambda stub: stub.GetSolveJob(get, timeout=CALL_S), f"get {job.name}").state
             if state in FINAL:
                 return state
             if time.monotonic() > deadline:
@@ -189,7 +191,7 @@ class Clients:
         while not ended:
             request = jobs_pb2.WatchSolveJobRequest(name=job.name, after_sequence=last)
             try:
-                for event in self.random.choice(self.stubs).WatchSolveJob(request, timeout=30):
+                for event in self.random.choice(self.stubs).WatchSolveJob(request, timeout=2 * CALL_S):
                     kind = event.WhichOneof("kind")
                     if kind == "heartbeat":
                         continue
@@ -217,7 +219,7 @@ class Clients:
     @staticmethod
     def read(stub, job):
         columns = [[], [], [], []]
-        for page in stub.ReadTrajectory(jobs_pb2.ReadTrajectoryRequest(name=job.name), timeout=20):
+        for page in stub.ReadTrajectory(jobs_pb2.ReadTrajectoryRequest(name=job.name), timeout=CALL_S):
             chunk = page.chunk
             for column, values in zip(columns, (chunk.times, chunk.x, chunk.y, chunk.w)):
                 column.extend(values)

@@ -26,9 +26,16 @@ class Process:
         self.log = open(log, "ab")
 
     def launch(self, command, environment=None):
+        self.begin = os.path.getsize(self.log.name)
         self.process = subprocess.Popen(
             [str(part) for part in command], stdout=self.log, stderr=self.log, env={**os.environ, **(environment or {})}
         )
+
+    def has_said(self, text):
+        """Since it was launched."""
+        with open(self.log.name) as log:
+            log.seek(self.begin)
+            return text in log.read()
 
     @property
     def is_up(self):
@@ -86,6 +93,10 @@ class Server(Process):
     def start(self):
         self.launch(self.command, self.environment)
 
+    def wait(self):
+        """Until it has started; it may still look for the database."""
+        wait_until(lambda: self.has_said("dlcsd listening") or not self.is_up, 60, f"{self.machine.name} starts")
+
 
 class Database(Process):
     """PostgreSQL. It is quick (fsync=off), and keeps what it has written when it is killed, as opposed to a machine."""
@@ -121,7 +132,8 @@ class Database(Process):
             access.write("host all all 10.78.0.0/24 trust\nhost replication all 10.78.0.0/24 trust\n")
         with open(self.data / "postgresql.conf", "a") as settings:
             settings.write("fsync = off\nmax_connections = 300\nshared_buffers = 128MB\nwal_keep_size = 256MB\n"
-                           "wal_sender_timeout = 5s\nwal_receiver_timeout = 5s\nmax_wal_size = 2GB\n")
+                           "wal_sender_timeout = 5s\nwal_receiver_timeout = 5s\nmax_wal_size = 2GB\n"
+                           "wal_retrieve_retry_interval = 200ms\n")
         self.start()
         self.call("createdb", "--host", self.folder, "--username", "dlcs", "--template", "template0", "dlcs")
 
@@ -144,6 +156,7 @@ class Database(Process):
         self.kill()
         shutil.rmtree(self.data, ignore_errors=True)
         self.call("pg_basebackup", "--pgdata", self.data, "--write-recovery-conf", "--checkpoint", "fast", "--no-sync",
+                  "--wal-method", "fetch",
                   "--dbname", f"host={primary.machine.address} user=dlcs application_name={self.machine.name}")
         self.start()
         streams = "SELECT count(*) FROM pg_stat_replication WHERE state = 'streaming'"
