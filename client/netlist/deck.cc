@@ -70,11 +70,13 @@ class DeckReader {
 
   absl::Status ReadAnalysis(ParameterScope& scope) {
     if (parts_.tran == nullptr)
-      return absl::InvalidArgumentError("the deck has no .tran, which says how long to solve");
+      return absl::InvalidArgumentError(
+          "the deck has no .tran, which says how long to solve: add .tran TSTEP TSTOP, such as .tran 1u 1m");
     std::vector<double> times;
-    for (const DeckWord& word : WordsOf(*parts_.tran)) {
+    std::vector<DeckWord> words = WordsOf(*parts_.tran);
+    words.erase(words.begin());
+    for (const DeckWord& word : words) {
       const std::string lower = Lower(word.text);
-      if (lower == ".tran") continue;
       if (lower == "uic") {
         circuit_.circuit().uses_initial_conditions = true;
         continue;
@@ -99,6 +101,11 @@ class DeckReader {
     if (times.size() > 2 && times[2] > 0) {
       notes_.Add(fmt::format("{}: TSTART = {:g} of .tran is ignored: results begin at 0; --at takes the times to show",
                              parts_.tran->Place(), times[2]));
+    }
+    if (deck_.output_step > stop_ && stop_ > 0) {
+      return DeckError(parts_.tran->Place(), fmt::format("TSTEP = {:g} is longer than TSTOP = {:g}; .tran is written "
+                                                         ".tran TSTEP TSTOP [TSTART [TMAX]] [UIC]",
+                                                         deck_.output_step, stop_));
     }
     if (!(stop_ > 0)) {
       return DeckError(parts_.tran->Place(), fmt::format("TSTOP is {:g}; must be above 0", stop_));

@@ -2,6 +2,7 @@
 #include "client/netlist/deck_circuit.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -171,8 +172,9 @@ absl::Status DeckCircuit::AddInstance(const DeckFields& fields, const Instance& 
                                                   fields.words[0].text, kMaxSubcircuitDepth, found->name));
   }
   if (last - 1 != found->ports.size()) {
-    return DeckError(fields.Place(0), fmt::format("{} has {} nodes, but .subckt {} has {}", fields.words[0].text,
-                                                  last - 1, found->name, found->ports.size()));
+    return DeckError(fields.Place(0),
+                     fmt::format("{} has {} nodes, but .subckt {} has {}: {}", fields.words[0].text, last - 1,
+                                 found->name, found->ports.size(), fmt::join(found->ports, " ")));
   }
   Instance inner{.prefix = instance.prefix + fields.words[0].text + ".",
                  .body = found->body.get(),

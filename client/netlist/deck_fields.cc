@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "client/netlist/spice_expression.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -47,8 +49,19 @@ absl::Status NeedWords(const DeckFields& fields, std::size_t count, const std::s
 
 absl::Status RefuseRest(const DeckFields& fields, std::size_t used, const std::set<std::string>& names) {
   if (fields.words.size() > used) {
+    const DeckWord &word = fields.words[used], &before = fields.words[used - 1];
+    const std::size_t end = before.offset + before.text.size();
+    const std::string between = fields.line->text.substr(end, word.offset - std::min(word.offset, end));
+    std::string hint;
+    if (!before.is_expression && !word.is_expression && ReadSpiceNumber(before.text)) {
+      if (between == "," && ReadSpiceNumber(before.text + "." + word.text)) {
+        hint = fmt::format("; a number has a point, as in {}.{}", before.text, word.text);
+      } else if (!ReadSpiceNumber(word.text) && ReadSpiceNumber(before.text + word.text)) {
+        hint = fmt::format("; no blank stands before a suffix or unit, as in {}{}", before.text, word.text);
+      }
+    }
     return DeckError(fields.Place(used),
-                     fmt::format("{}: \"{}\" is not supported here", fields.words[0].text, fields.words[used].text));
+                     fmt::format("{}: \"{}\" is not supported here{}", fields.words[0].text, word.text, hint));
   }
   for (const auto& [name, word] : fields.named) {
     if (names.contains(name)) continue;

@@ -91,6 +91,7 @@ class Splitter {
       if (code.empty()) continue;
       if (in_control) {
         if (FirstWord(code) == ".endc") in_control = false;
+        if (FirstWord(code) == "tran") deck_.runs.push_back({source, std::string(code), {{0, number, column + 1}}});
         continue;
       }
       if (code[0] == '+') {

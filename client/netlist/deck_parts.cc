@@ -14,21 +14,16 @@ class DeckSorter {
  public:
   absl::StatusOr<DeckParts> Run(const DeckText& text) {
     if (absl::Status status = Sort(text); !status.ok()) return status;
-    NoteTitle(text.title);
+    if (std::string note = NoteOnTitle(text.title); !note.empty()) parts_.notes.push_back(std::move(note));
+    if (parts_.tran == nullptr && text.runs.size() == 1) {
+      parts_.tran = &text.runs.front();
+      parts_.notes.push_back(
+          fmt::format("{}: there is no .tran, and that of the .control block is taken", parts_.tran->Place()));
+    }
     return std::move(parts_);
   }
 
  private:
-  // The first line is the title, even if it looks like an element.
-  void NoteTitle(const std::string& title) {
-    const auto words = std::count(title.begin(), title.end(), ' ') + 1;
-    const bool is_element = words >= 4 && words <= 6 && std::isalpha(static_cast<unsigned char>(title[0])) != 0 &&
-                            title.find_first_of("0123456789") < title.find(' ');
-    if (is_element || (title.size() > 1 && title[0] == '.')) {
-      parts_.notes.push_back(fmt::format("line 1 of a deck is its title, and is not read: \"{}\"", title));
-    }
-  }
-
   absl::Status Sort(const DeckText& text) {
     std::vector<DeckBody*> open = {&parts_.top};
     std::vector<const DeckSubcircuit*> names;
@@ -166,6 +161,15 @@ class DeckSorter {
 };
 
 }  // namespace
+
+std::string NoteOnTitle(const std::string& title) {
+  if (Lower(title).starts_with(".title")) return "";
+  const auto words = std::count(title.begin(), title.end(), ' ') + 1;
+  const bool is_element = words >= 4 && words <= 6 && std::isalpha(static_cast<unsigned char>(title[0])) != 0 &&
+                          title.find_first_of("0123456789") < title.find(' ');
+  if (!is_element && (title.size() < 2 || title[0] != '.')) return "";
+  return fmt::format("line 1 of a deck is its title, and is not read: \"{}\"", title);
+}
 
 absl::StatusOr<DeckParts> SortDeck(const DeckText& text) { return DeckSorter().Run(text); }
 

@@ -58,6 +58,9 @@ struct DeckParts {
 // or nested too deep.
 absl::StatusOr<DeckParts> SortDeck(const DeckText& text);
 
+// Says that line 1 is not read, where it looks like an element or a command; else empty.
+std::string NoteOnTitle(const std::string& title);
+
 }  // namespace dlcs::client
 
 #endif  // DLCS_CLIENT_NETLIST_DECK_PARTS_H_

@@ -57,6 +57,17 @@ void NoteUnit(const DeckLine& line, const DeckWord& word, double number, DeckNot
   }
 }
 
+// 4k7 is 4.7k, which some programs read as 4k.
+std::string DecimalHint(const std::string& text) {
+  const std::size_t letters = text.find_first_not_of("0123456789");
+  const std::size_t digits = text.find_first_of("0123456789", letters);
+  if (letters == 0 || digits == std::string::npos) return "";
+  if (text.find_first_not_of("0123456789", digits) != std::string::npos) return "";
+  const std::string suffix = text.substr(letters, digits - letters);
+  const std::string number = text.substr(0, letters) + "." + text.substr(digits) + (Lower(suffix) == "r" ? "" : suffix);
+  return ReadSpiceNumber(number) ? fmt::format("; write {}", number) : "";
+}
+
 }  // namespace
 
 void DeckNotes::Add(std::string note) {
@@ -77,7 +88,7 @@ absl::StatusOr<double> ValueOf(const DeckLine& line, const DeckWord& word, Param
     return DeckError(line.Place(word.offset),
                      fmt::format("\"{0}\" is no number; a parameter is written in braces: {{{0}}}", word.text));
   }
-  return DeckError(line.Place(word.offset), fmt::format("\"{}\" is no number", word.text));
+  return DeckError(line.Place(word.offset), fmt::format("\"{}\" is no number{}", word.text, DecimalHint(word.text)));
 }
 
 absl::Status DefineParameters(const std::vector<const DeckLine*>& lines, const std::set<std::string>& given,

@@ -136,6 +136,12 @@ absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, 
       break;
     }
     const bool is_word = !fields.words[k].is_expression && std::isalpha(static_cast<unsigned char>(text[0])) != 0;
+    if (name == "pwl" && is_word) {
+      return DeckError(fields.Place(k),
+                       fmt::format("{} of PWL is not supported; PWL takes pairs of time and value, and "
+                                   "what repeats is a PULSE, or is written out",
+                                   text));
+    }
     if (!in_parentheses && is_word) break;
     if (name == "pwl" && values.size() % 2 == 0 && text.starts_with('+')) {
       return DeckError(fields.Place(k), fmt::format("{} of PWL: a time after the one before in LTspice, since 0 in "

@@ -13,6 +13,8 @@
 #include "client/netlist/circuit_outputs.h"
 #include "client/netlist/deck.h"
 #include "client/netlist/deck_lines.h"
+#include "client/netlist/deck_parts.h"
+#include "client/netlist/deck_words.h"
 #include "core/circuits/circuit_problem.h"
 #include "server/wire/convert.h"
 
@@ -32,10 +34,21 @@ absl::StatusOr<Netlist> MakeNetlist(Deck deck, const std::string& source) {
   return netlist;
 }
 
+absl::StatusOr<Netlist> ReadWithoutTitle(const std::string& text, const std::string& source, const std::string& folder,
+                                         const DeckOptions& options) {
+  auto deck = ReadDeck(text, source, folder, options);
+  if (!deck.ok()) return deck.status();
+  if (!deck->steps.empty()) {
+    return DeckError(source, fmt::format(".step {} is a sweep: dlcs ensemble {} solves all its points",
+                                         deck->steps.front().shown, source));
+  }
+  return MakeNetlist(*std::move(deck), source);
+}
+
 }  // namespace
 
 bool IsDeck(const std::string& text, const std::string& path) {
-  constexpr std::array kEndings = {".cir", ".net", ".sp", ".ckt", ".spice"};
+  constexpr std::array kEndings = {".cir", ".net", ".sp", ".ckt", ".spice", ".asc"};
   const std::string lower = Lower(path);
   for (const char* ending : kEndings) {
     if (lower.ends_with(ending)) return true;
@@ -57,13 +70,13 @@ std::string FolderOfDeck(const std::string& path) {
 
 absl::StatusOr<Netlist> ReadNetlist(const std::string& text, const std::string& source, const std::string& folder,
                                     const DeckOptions& options) {
-  auto deck = ReadDeck(text, source, folder, options);
-  if (!deck.ok()) return deck.status();
-  if (!deck->steps.empty()) {
-    return DeckError(source, fmt::format(".step {} is a sweep: dlcs ensemble {} solves all its points",
-                                         deck->steps.front().shown, source));
+  if (text.starts_with("Version 4") && text.find("\nSHEET ") != std::string::npos) {
+    return DeckError(source, "is a schematic of LTspice; save its netlist, View > SPICE Netlist, as a .net file");
   }
-  return MakeNetlist(*std::move(deck), source);
+  auto netlist = ReadWithoutTitle(text, source, folder, options);
+  const std::string note = netlist.ok() ? "" : NoteOnTitle(Trimmed(text.substr(0, text.find('\n'))));
+  if (note.empty()) return netlist;
+  return absl::InvalidArgumentError(fmt::format("{}; {}", std::string(netlist.status().message()), note));
 }
 
 absl::StatusOr<std::vector<SweptNetlist>> ReadSweep(const std::string& text, const std::string& source,

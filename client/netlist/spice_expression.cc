@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "client/netlist/deck_lines.h"
@@ -17,6 +18,7 @@ namespace dlcs::client {
 namespace {
 
 constexpr int kMaxLevels = 64;
+constexpr double kRounding = 1e-14;
 
 bool IsDigit(char letter) { return letter >= '0' && letter <= '9'; }
 bool IsLetter(char letter) { return std::isalpha(static_cast<unsigned char>(letter)) != 0 || letter == '_'; }
@@ -132,7 +134,9 @@ class ExpressionReader {
     return value.constant;
   }
 
-  LinearValue Choice() {
+  LinearValue Choice() { return Settled(OpenChoice()); }
+  // It may be a comparison that is no quantity yet.
+  LinearValue OpenChoice() {
     if (++nesting_ > kMaxLevels) return Fail(fmt::format("nested deeper than {} levels", kMaxLevels));
     LinearValue value = Or();
     if (Take("?")) {
@@ -145,27 +149,66 @@ class ExpressionReader {
   }
   LinearValue Or() {
     LinearValue value = And();
-    while (Take("||")) value = Step(Minus(Sum(Truth(value, "|| of"), Truth(And(), "|| of")), {0.5}));
+    while (Take("||")) {
+      const LinearValue left = Truth(value, "|| of");
+      value = Step(Minus(Sum(left, Truth(And(), "|| of")), {0.5}));
+    }
     return value;
   }
   LinearValue And() {
     LinearValue value = Comparison();
-    while (Take("&&")) value = Step(Minus(Sum(Truth(value, "&& of"), Truth(Comparison(), "&& of")), {1.5}));
+    while (Take("&&")) {
+      const LinearValue left = Truth(value, "&& of");
+      value = Step(Minus(Sum(left, Truth(Comparison(), "&& of")), {1.5}));
+    }
     return value;
   }
 
   // 0 or 1.
   LinearValue Truth(const LinearValue& value, const char* where) {
-    if (value.is_truth) return value;
+    if (value.is_truth) return Settled(value);
     return {Constant(value, where) != 0 ? 1.0 : 0.0};
   }
+  LinearValue Settled(const LinearValue& value) { return value.compared ? Step(*value.compared) : value; }
   LinearValue Chosen(const LinearValue& condition, const LinearValue& yes, const LinearValue& no) {
-    if (condition.factors.empty()) return condition.constant != 0 ? yes : no;
+    if (condition.factors.empty() && !condition.compared) return condition.constant != 0 ? yes : no;
     if (!condition.is_truth) return Fail("a choice by a voltage or current needs a comparison, as in V(a) > 1 ? 5 : 0");
-    if (!yes.factors.empty() || !no.factors.empty()) {
-      return Fail("a choice by a voltage or current is supported between numbers; max, min and limit join functions");
+    // yes - no = slope compared + jump, where both products with the condition are known: the first is a ramp, and
+    // those with other truths are truths.
+    LinearValue jump = Minus(yes, no);
+    double slope = 0;
+    if (condition.compared) {
+      const auto& [name, factor] = *condition.compared->factors.begin();
+      const auto found = jump.factors.find(name);
+      if (found != jump.factors.end() && factor != 0) slope = found->second / factor;
+      jump = Sum(jump, *condition.compared, -slope);
     }
-    return Sum(no, Times(condition, {yes.constant - no.constant}));
+    for (const auto& [name, factor] : jump.factors) {
+      const auto of = [&name = name](const LinearValue& value) {
+        const auto found = value.factors.find(name);
+        return found == value.factors.end() ? 0 : std::abs(found->second);
+      };
+      if (std::abs(factor) <= kRounding * (of(yes) + of(no)) || truths_.contains(name)) continue;
+      return Fail(
+          "a choice by a voltage or current is supported between numbers, and between what differs by a multiple of "
+          "what is compared; max, min and limit join functions");
+    }
+    double size = std::abs(yes.constant) + std::abs(no.constant);
+    if (slope != 0) size += std::abs(slope * condition.compared->constant);
+    LinearValue value = no;
+    value.is_truth = false;
+    if (slope != 0) value = Sum(value, Times(Ramp(*condition.compared), {slope}));
+    const bool jumps = std::abs(jump.constant) > kRounding * size;
+    const bool is_nested = std::any_of(jump.factors.begin(), jump.factors.end(),
+                                       [this](const auto& factor) { return truths_.contains(factor.first); });
+    if (!jumps && !is_nested) return value;
+    const LinearValue truth = Settled(condition);
+    if (jumps) value = Sum(value, Times(truth, {jump.constant}));
+    for (const auto& [name, factor] : jump.factors) {
+      if (!truths_.contains(name)) continue;
+      value = Sum(value, Times(Step(Minus(Sum(truth, {0, {{name, 1}}}), {1.5})), {factor}));
+    }
+    return value;
   }
 
   static LinearValue Sum(LinearValue value, const LinearValue& other, double factor = 1) {
@@ -196,6 +239,7 @@ class ExpressionReader {
   LinearValue Step(const LinearValue& argument) {
     LinearValue value = Piecewise(argument, {.x = {0, 0}, .y = {0, 1}});
     value.is_truth = true;
+    for (const auto& [name, factor] : value.factors) truths_.insert(name);
     return value;
   }
   LinearValue Ramp(const LinearValue& argument) { return Piecewise(argument, {.x = {0}, .y = {0}, .slope_after = 1}); }
@@ -207,7 +251,9 @@ class ExpressionReader {
       const LinearValue right = Terms();
       if (!value.factors.empty() || !right.factors.empty()) {
         if (op == "==" || op == "!=") return Fail("whether voltages or currents are equal is not supported");
-        return op[0] == '<' ? Step(Minus(right, value)) : Step(Minus(value, right));
+        LinearValue truth = {.is_truth = true};
+        truth.compared = std::make_shared<const LinearValue>(op[0] == '<' ? Minus(right, value) : Minus(value, right));
+        return truth.compared->factors.empty() ? Step(*truth.compared) : truth;
       }
       const double one = value.constant, other = right.constant;
       const bool holds = op == "<="   ? one <= other
@@ -283,10 +329,11 @@ class ExpressionReader {
     const char first = Peek();
     if (first == '(' || first == '{') {
       ++at_;
-      const LinearValue value = Choice();
+      const LinearValue value = OpenChoice();
       const char* close = first == '(' ? ")" : "}";
       if (!Take(close)) return Fail(fmt::format("\"{}\" is missing", close));
-      return value;
+      const char next = Peek();
+      return next == '?' || next == ')' || next == ',' ? value : Settled(value);
     }
     if (IsDigit(first) || first == '.') {
       const auto [value, length] = LeadingNumber(text_.substr(at_));
@@ -317,7 +364,9 @@ class ExpressionReader {
     if (name == "pi") return {std::numbers::pi};
     if (name == "e") return {std::numbers::e};
     if (name == "time") return Fail("time is not supported in expressions; sources have SIN, PULSE, PWL, EXP and SFFM");
-    return Fail(fmt::format("\"{}\" is no parameter", name));
+    const std::string shown(text_.substr(at_ - name.size(), name.size()));
+    at_ -= name.size();
+    return Fail(fmt::format("\"{}\" is no parameter", shown));
   }
 
   // V(a), V(a,b) or I(name), as it is written.
@@ -345,7 +394,7 @@ class ExpressionReader {
       ++at_;
     } else {
       for (;;) {
-        arguments.push_back(Choice());
+        arguments.push_back(name == "if" && arguments.empty() ? Or() : Choice());
         if (!error_.ok()) return {};
         if (Take(")")) break;
         if (!Take(",")) return Fail("\",\" or \")\" is missing");
@@ -486,6 +535,7 @@ class ExpressionReader {
   const int depth_;
   std::size_t at_ = 0;
   int nesting_ = 0;
+  std::set<std::string> truths_;  // quantities that are 0 or 1
   absl::Status error_;
 };
 

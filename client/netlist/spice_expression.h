@@ -39,6 +39,8 @@ struct LinearValue {
   double constant = 0;
   std::map<std::string, double> factors = {};
   bool is_truth = false;  // of a comparison: 0 or 1
+  // Of one comparison that is no quantity yet: what is above 0 where it is 1.
+  std::shared_ptr<const LinearValue> compared = nullptr;
 };
 
 // Makes a quantity that is `function` of `argument`, and returns its name.
@@ -62,8 +64,9 @@ class ParameterScope {
   // defined, or by itself; a value that is not finite; more than 64 levels.
   absl::StatusOr<double> Evaluate(std::string_view expression);
   // The same where voltages V(a), V(a,b) and currents I(name) may occur: linearly; in the piecewise linear functions
-  // max, min, abs, limit, table, pwl, uramp, u, stp, sgn; in comparisons, and in choices between numbers by them. Such
-  // functions become quantities by `maker`; without one they are refused.
+  // max, min, abs, limit, table, pwl, uramp, u, stp, sgn; in comparisons, and in choices by them between what differs
+  // by a number, or by a multiple of what is compared. Such functions become quantities by `maker`; without one they
+  // are refused.
   absl::StatusOr<LinearValue> EvaluateLinear(std::string_view expression, const PiecewiseMaker& maker = {});
 
  private:

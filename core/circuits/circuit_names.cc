@@ -29,6 +29,17 @@ std::string CutOff(const std::vector<Index>& cut, const CircuitBranches& graph, 
   return names.empty() ? "a node inside of one of them" : (names.size() == 1 ? "node " : "nodes ") + ListText(names);
 }
 
+// Some of those with a node in `nodes`.
+std::string ElementsAt(const std::vector<Index>& nodes, const Circuit& circuit) {
+  constexpr std::size_t kMost = 3;
+  std::vector<std::string> names;
+  for (const Element& element : circuit.elements) {
+    const auto has = [&nodes](Index node) { return std::find(nodes.begin(), nodes.end(), node) != nodes.end(); };
+    if (names.size() < kMost && (has(element.plus) || has(element.minus))) names.push_back(WithPlace(element));
+  }
+  return ListText(names);
+}
+
 }  // namespace
 
 std::string WithPlace(const Element& element) {
@@ -58,7 +69,8 @@ absl::Status StatusOfFault(const NetworkFault& fault, const CircuitBranches& gra
       }
       return absl::InvalidArgumentError((names.size() == 1 ? "node " : "nodes ") + ListText(names) +
                                         (names.size() == 1 ? " is" : " are") +
-                                        " connected to ground by no element; every node must be");
+                                        " connected to ground by no element, see " + ElementsAt(fault.nodes, circuit) +
+                                        "; every node must be. Ground is the node 0");
     }
     case NetworkFault::Kind::kVoltageLoop:
       if (at_start) {
@@ -75,9 +87,9 @@ absl::Status StatusOfFault(const NetworkFault& fault, const CircuitBranches& gra
                                         "resistance into it");
     case NetworkFault::Kind::kCurrentCutset:
       if (at_start) {
-        return absl::InvalidArgumentError(
-            start + CutOff(fault.branches, graph, circuit) + ", connected by " + elements +
-            " alone, carries no current at rest, so that the voltage is not determined" + advice);
+        return absl::InvalidArgumentError(start + "no current reaches " + CutOff(fault.branches, graph, circuit) +
+                                          ", connected by " + elements +
+                                          " alone, at rest, so that the voltage is not determined" + advice);
       }
       return absl::InvalidArgumentError("only current sources connect " + CutOff(fault.branches, graph, circuit) +
                                         ": " + elements +

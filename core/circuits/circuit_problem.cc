@@ -236,6 +236,7 @@ class Formulation {
     }
     if (absl::Status status = RefuseImpulses(pairs); !status.ok()) return status;
     NoteDriven(pairs);
+    NoteInterrupters(pairs);
     MakeReciprocal(graph_, states_.sign(), pairs.y);
     const Rows outputs = MakeOutputs(made.outputs.names);
 
@@ -392,6 +393,24 @@ class Formulation {
                          ElementsOf(states_.network().Cutset(branch), graph_, circuit_) +
                          ": while it is against the diode there is no solution");
       }
+    }
+  }
+
+  // A switch that alone carries the current of an inductor.
+  void NoteInterrupters(const Rows& pairs) {
+    for (Index k = 0; k < states_.num_pairs(); ++k) {
+      const Index element = graph_.diodes[AsSize(k)].element;
+      if (ElementAt(element).kind != ElementKind::kSwitch || states_.sign()[k] > 0) continue;
+      if (pairs.x.row(k).isZero(0) || !pairs.y.row(k).isZero(0)) continue;
+      std::vector<Index> branches;
+      const std::vector<Index> order = states_.Storages();
+      for (Index j = 0; j < states_.num_states(); ++j) {
+        if (pairs.x(k, j) != 0) branches.push_back(graph_.storages[AsSize(order[AsSize(j)])].branch);
+      }
+      std::string note = WithPlace(ElementAt(element)) + " alone carries the current of " +
+                         ElementsOf(branches, graph_, circuit_) +
+                         ": while it flows the switch cannot open. Give the current another path, a diode or a snubber";
+      if (std::find(notes_.begin(), notes_.end(), note) == notes_.end()) notes_.push_back(std::move(note));
     }
   }
 

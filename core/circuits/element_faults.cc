@@ -74,7 +74,7 @@ std::string FaultOfElement(const Element& element) {
       }
       if (!(model.hysteresis >= 0)) {
         return "a hysteresis of " + NumberText(model.hysteresis) +
-               "; must be at least 0 (a smooth transition is not supported)";
+               "; must be at least 0 (a smooth transition is not supported; 0 switches at the threshold)";
       }
       if (!std::isfinite(model.threshold)) return "the threshold is not finite";
       return element.body_diode ? FaultOfDiode(*element.body_diode) : "";

@@ -135,7 +135,8 @@ absl::Status NotDetermined(const Element& element) {
 
 std::string NoOperatingPoint(const CircuitBranches& graph, const Circuit& circuit) {
   return "there is no operating point at 0: no voltages and currents of " + NamesOfDiodes(graph, circuit) +
-         " fit the sources at 0";
+         " fit the sources at 0. A diode across a source, or against a current that has no other path, may be the "
+         "reason";
 }
 
 // The start if M is of no class.

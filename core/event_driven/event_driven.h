@@ -4,6 +4,9 @@
 #ifndef DLCS_CORE_EVENT_DRIVEN_EVENT_DRIVEN_H_
 #define DLCS_CORE_EVENT_DRIVEN_EVENT_DRIVEN_H_
 
+#include <algorithm>
+#include <cstddef>
+
 #include "core/context/solve_context.h"
 
 namespace dlcs {
@@ -14,10 +17,12 @@ inline constexpr double kLargestEventTolerance = 0.1;
 
 // The part of Options::kMaxDefaultSteps for event_driven; the rest is for steps without events if it does not reach T.
 inline constexpr Index kMaxDefaultEventWork = 27'800;
-// Its work for the default tolerance, in steps: each break point begins a mode, and others follow.
-inline Index MaxDefaultEventWork(std::size_t break_points) {
-  constexpr Index kOfABreakPoint = 150;
-  return kMaxDefaultEventWork + kOfABreakPoint * static_cast<Index>(break_points);
+// Its work for the default tolerance, in steps: seconds, more where steps of few states are cheap. A circuit rings and
+// switches by itself thousands of times. Each break point begins a mode, and others follow.
+inline Index MaxDefaultEventWork(Index states, std::size_t break_points) {
+  constexpr Index kMost = 30, kManyStates = 960, kOfABreakPoint = 600;
+  return std::clamp(kManyStates / std::max<Index>(states, 1), Index{1}, kMost) * kMaxDefaultEventWork +
+         kOfABreakPoint * static_cast<Index>(break_points);
 }
 
 // Follows the system from mode to mode. In a mode (core/event_driven/mode.h) the system is a linear differential

@@ -436,7 +436,8 @@ bool EventDrivenLoop::Project() {
   if ((residual.array().abs() <= rounding.array()).all()) return true;
   const Vector change = mode_->correction * residual;
   const Vector terms = mode_->correction.cwiseAbs() * size;
-  if ((change.array().abs() > tolerance_ * magnitudes_.x.array() + kOnConstraints * terms.array()).any()) return false;
+  const Vector allowed = tolerance_ * magnitudes_.x + kOnConstraints * terms + magnitudes_.x_noise;
+  if ((change.array().abs() > allowed.array()).any()) return false;
   x_ -= change;
   magnitudes_.x_noise += change.cwiseAbs().cwiseMin(mode_->correction.cwiseAbs() * rounding);
   return true;

@@ -79,8 +79,30 @@ bool SubstituteMultipliers(const Problem& problem, Mode& mode) {
   return true;
 }
 
-// y on S, and w = N x + g + M y elsewhere.
-LinearOutput MakeGuard(const Problem& problem, const Mode& mode) {
+// For each w_i = N_i x + g_i + M_i y another one whose row is the opposite: N_j = -N_i, and of M_i + M_j less is left
+// than half of M_i. -1 if there is none.
+std::vector<Index> OppositeRows(const Problem& problem) {
+  const Index n = problem.num_constraints(), m = problem.num_states();
+  const Matrix N = problem.N.Dense().transpose(), M = problem.M.Dense().transpose();
+  std::vector<Index> opposite(static_cast<std::size_t>(n), -1);
+  for (Index i = 0; i < n; ++i) {
+    Index least = ((M.col(i).array() != 0).count() + 1) / 2;
+    for (Index j = 0; j < n; ++j) {
+      Index k = 0;
+      while (k < m && N(k, i) == -N(k, j)) ++k;
+      if (j == i || k < m) continue;
+      const Index left = ((M.col(i) + M.col(j)).array() != 0).count();
+      if (left >= least) continue;
+      least = left;
+      opposite[static_cast<std::size_t>(i)] = j;
+    }
+  }
+  return opposite;
+}
+
+// y on S, and w = N x + g + M y elsewhere; w_i + w_j where j is in S, so that w_j = 0, and its row is the opposite. Of
+// the two slacks of an open switch, w and -w, rounding would be left.
+LinearOutput MakeGuard(const Problem& problem, const std::vector<Index>& opposite, const Mode& mode) {
   const Index n = problem.num_constraints();
   LinearOutput guard;
   guard.state = problem.N.Dense() + problem.M * mode.y.state;
@@ -88,6 +110,19 @@ LinearOutput MakeGuard(const Problem& problem, const Mode& mode) {
   if (!mode.is_explicit()) {
     guard.slope = problem.M * mode.y.slope;
     guard.f = problem.M * mode.y.f;
+  }
+  for (Index i = 0; i < n; ++i) {
+    const Index j = opposite[static_cast<std::size_t>(i)];
+    if (j < 0 || !std::binary_search(mode.active.begin(), mode.active.end(), j)) continue;
+    const auto& M = problem.M.Dense();
+    const Eigen::RowVectorXd sum = M.row(i) + M.row(j);
+    guard.state.row(i) = sum * mode.y.state;
+    guard.g.row(i) = sum * mode.y.g;
+    guard.g(i, i) += 1;
+    guard.g(i, j) += 1;
+    if (mode.is_explicit()) continue;
+    guard.slope.row(i) = sum * mode.y.slope;
+    guard.f.row(i) = sum * mode.y.f;
   }
   for (const Index i : mode.active) {
     guard.state.row(i) = mode.y.state.row(i);
@@ -119,7 +154,8 @@ ModeMaker::ModeMaker(const Problem& problem)
       units_(problem.num_states()),
       rows_(Matrix::Identity(problem.num_states(), problem.num_states())),
       rows_A_(problem.A.Dense()),
-      rows_B_(problem.B.Dense()) {
+      rows_B_(problem.B.Dense()),
+      opposite_(OppositeRows(problem)) {
   const BalancedMatrix balanced = Balance(rows_A_);
   for (Index k = 0; k < units_.size(); ++k) units_[balanced.order[k]] = std::ldexp(1.0, balanced.exponents[k]);
 }
@@ -220,7 +256,7 @@ std::unique_ptr<Mode> ModeMaker::Make(std::vector<Index> active, const DataSizes
   auto mode = std::make_unique<Mode>();
   mode->active = std::move(active);
   if (!Eliminate(sizes, *mode)) return nullptr;
-  mode->guard = MakeGuard(problem_, *mode);
+  mode->guard = MakeGuard(problem_, opposite_, *mode);
   const double horizon = problem_.horizon;
   std::optional<PencilForm> form;
   if (mode->is_explicit()) {

@@ -89,6 +89,7 @@ class ModeMaker {
   Vector units_;  // of the states, powers of two
   // The differential equations rows · (x' - f) = rows_A x + rows_B y.
   Matrix rows_, rows_A_, rows_B_;
+  std::vector<Index> opposite_;
 };
 
 }  // namespace dlcs

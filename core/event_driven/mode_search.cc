@@ -72,7 +72,10 @@ ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSample
 double ModeSearch::StepOf(double t, double scale, double longest, int attempt) const {
   constexpr int kShorter = 3, kOfFastest = 6;  // attempts before these numbers
   double h = scale;
-  if (attempt < kShorter) {
+  if (!history_.empty() && attempt < kShorter) {
+    // It must not pass over a hysteresis: the solution beyond would last too. So short ones come first.
+    h = std::ldexp(std::min(scale, longest), -kRatio * (kShorter - 1 - attempt));
+  } else if (attempt < kShorter) {
     h = std::ldexp(scale, -kRatio * attempt);
   } else if (attempt < kOfFastest) {
     const double shorter = std::ldexp(scale, -kRatio * kShorter);

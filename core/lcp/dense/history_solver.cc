@@ -10,7 +10,7 @@
 #include "core/lcp/dense/basic_solutions.h"
 #include "core/linalg/balance.h"
 #include "core/linalg/decompositions.h"
-#include "core/matrix_classes/matrix_class.h"
+#include "core/matrix_classes/positive_semidefinite.h"
 
 namespace dlcs {
 
@@ -20,7 +20,17 @@ HistorySolver::HistorySolver(const Matrix& M, const Matrix& K) : HistorySolver(M
   std::vector<std::vector<Index>> blocks = StronglyConnected(M);
   if (blocks.size() < 2) return;
   blocks_ = std::move(blocks);
-  for (const std::vector<Index>& block : blocks_) of_blocks_.emplace_back(Matrix(lcp_.M()(block, block)));
+  const auto& [row, column] = lcp_.matrix->scale;
+  of_solved_ = row.asDiagonal() * M * column.asDiagonal();
+  of_start_ = row.asDiagonal() * K * column.asDiagonal();
+  for (const std::vector<Index>& block : blocks_) {
+    Matrix of_block = of_solved_(block, block);
+    if (TestPositiveSemidefinite(M(block, block)).yes()) {
+      of_block += of_start_(block, block);
+      of_start_(block, block).setZero();
+    }
+    of_blocks_.emplace_back(of_block);
+  }
 }
 
 LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
@@ -66,16 +76,23 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
   return end == LemkeEnd::kPivotLimit ? LcpStatus::kPivotLimit : LcpStatus::kRay;
 }
 
-// What K couples to blocks that are not solved yet is left out.
+// Blocks that may fold see what K makes of the solution before, as if it went on: what they do themselves comes after
+// it. So a gate sees the current that crosses its threshold, not the one that its switch and its valves make at once.
 bool HistorySolver::SolveBlocks(Basis& basis) {
   Vector y = Vector::Zero(lcp_.size());
+  if (!point_.Compute(lcp_, basis)) return false;
+  for (std::size_t k = 0; k < point_.indices().size(); ++k) {
+    y[point_.indices()[k]] = point_.y(static_cast<Index>(k));
+  }
+  const Vector q = lcp_.q + of_start_ * y;
+  y.setZero();
   for (std::size_t b = blocks_.size(); b-- > 0;) {
     const std::vector<Index>& block = blocks_[b];
     Basis part(block.size());
     for (std::size_t k = 0; k < block.size(); ++k) part[k] = basis[static_cast<std::size_t>(block[k])];
-    const Matrix rows = lcp_.M()(block, Eigen::all);
+    const Vector of_others = of_solved_(block, Eigen::all) * y;
     Vector of_block(static_cast<Index>(block.size()));
-    const LcpStatus verdict = of_blocks_[b].Solve(lcp_.q(block) + rows * y, lcp_.tolerance(block), part, of_block);
+    const LcpStatus verdict = of_blocks_[b].Solve(q(block) + of_others, lcp_.tolerance(block), part, of_block);
     pivots_ += of_blocks_[b].pivots_;
     if (verdict != LcpStatus::kSolved) return false;
     y(block) = of_block;

@@ -21,6 +21,8 @@ namespace dlcs {
 //
 // Pairs that depend on each other, a strongly connected component of the graph of M, are a block. First each block
 // follows its own path, given those before it: of two comparators that turn at the same time none waits for the other.
+// What K couples is that of the solution before; in blocks with a positive semidefinite M, which have no folds, that of
+// the new one.
 //
 // Where the path does not end in a solution, or ends between two folds, small problems are searched for all: if there
 // is one alone it is taken. Otherwise all of y_S and w off S are raised a little, or as much as what is violated: a
@@ -46,6 +48,8 @@ class HistorySolver final : public LcpSolver {
   BasisPoint point_;
   Lemke lemke_;
   std::vector<std::vector<Index>> blocks_;  // empty if there is one
+  Matrix of_solved_;                        // M, scaled, by which blocks depend on those before them
+  Matrix of_start_;                         // K, scaled, where the solution before stands for the new one
   std::vector<HistorySolver> of_blocks_;
   Basis start_;
   Index pivots_ = 0;

@@ -18,6 +18,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // The deck of these lines after a title.
 absl::StatusOr<Deck> Read(const std::string& lines, const DeckOptions& options = {}, const std::string& folder = "") {
@@ -270,6 +271,16 @@ TEST(DeckTest, NotesWhatItLeavesOut) {
   EXPECT_EQ(deck.outputs[1].factors[0].factors.at("i(v1)"), 1);
 }
 
+TEST(DeckTest, TakesTheTranOfAControlBlockWhereThereIsNoOther) {
+  const std::string circuit = "V1 a 0 1\nR1 a b 1\nC1 b 0 1u\n";
+  const Deck deck = Good(circuit + ".control\n  tran 10n 4000u uic\nrun\n.endc\n");
+  EXPECT_EQ(deck.circuit.horizon, 4e-3);
+  EXPECT_TRUE(deck.circuit.uses_initial_conditions);
+  EXPECT_THAT(deck.notes, Contains(HasSubstr("a.cir:6: there is no .tran, and that of the .control block is taken")));
+  EXPECT_EQ(Good(circuit + ".control\ntran 1u 2m\n.endc\n.tran 1u 1m\n").circuit.horizon, 1e-3);
+  EXPECT_THAT(Fault(circuit + ".control\ntran 1u 2m\ntran 1u 3m\n.endc\n"), HasSubstr("no .tran"));
+}
+
 TEST(DeckTest, ATitleThatLooksLikeAnElementIsNoted) {
   const auto deck = ReadDeck("V1 a 0 1\nR1 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n", "a.cir", "", {});
   ASSERT_TRUE(deck.ok()) << deck.status();
@@ -296,9 +307,16 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("?1 a 0 1\n" + rest), HasSubstr("not known"));
   EXPECT_THAT(Fault("R1 a 0\n" + rest), AllOf(HasSubstr("a.cir:2: R1"), HasSubstr("RNAME NODE NODE VALUE")));
   EXPECT_THAT(Fault("R1 a 0 1k 2k\n" + rest), AllOf(HasSubstr("a.cir:2:11"), HasSubstr("\"2k\"")));
+  EXPECT_THAT(Fault("R1 a 0 1,5k\n" + rest), HasSubstr("as in 1.5k"));
+  EXPECT_THAT(Fault("R1 a 0 10 k\n" + rest), HasSubstr("as in 10k"));
+  EXPECT_THAT(Fault("R1 a 0 {Rload}\n" + rest), HasSubstr("at column 1 of \"Rload\": \"Rload\" is no parameter"));
+  EXPECT_THAT(Fault("R1 a 0 1\n.tran 1m 1u\n"), HasSubstr("TSTEP = 0.001 is longer than TSTOP = 1e-06"));
   EXPECT_THAT(Fault("R1 a 0 1k tc1=0.1\n" + rest), HasSubstr("tc1=0.1 is not supported"));
   EXPECT_THAT(Fault("R1 a 0 0\n" + rest), HasSubstr("must be above 0"));
-  EXPECT_THAT(Fault("R1 a 0 4k7\n" + rest), AllOf(HasSubstr("a.cir:2:8"), HasSubstr("\"4k7\" is no number")));
+  EXPECT_THAT(Fault("R1 a 0 4k7\n" + rest),
+              AllOf(HasSubstr("a.cir:2:8"), HasSubstr("\"4k7\" is no number; write 4.7k")));
+  EXPECT_THAT(Fault("R1 a 0 2R2\n" + rest), HasSubstr("write 2.2"));
+  EXPECT_THAT(Fault("R1 a 0 k4k7\n" + rest), Not(HasSubstr("write")));
   EXPECT_THAT(Fault("R1 a 0 r\n.param r=1\n" + rest), HasSubstr("{r}"));
   EXPECT_THAT(Fault("R1 a 0 {1/0}\n" + rest), HasSubstr("not finite"));
   EXPECT_THAT(Fault("R1 a 0 1\nr1 a 0 2\n" + rest), AllOf(HasSubstr("a.cir:3:1"), HasSubstr("first at a.cir:2")));
@@ -307,7 +325,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("D1 a 0 DX\n.model DX D(ZAP=1)\n" + rest), HasSubstr("zap is not supported"));
   EXPECT_THAT(Fault("X1 a 0 NIX\n" + rest), HasSubstr("there is no .subckt NIX"));
   EXPECT_THAT(Fault("X1 a NET\n.subckt NET a b\nR1 a b 1\n.ends\n" + rest),
-              HasSubstr("has 1 nodes, but .subckt NET has 2"));
+              HasSubstr("has 1 nodes, but .subckt NET has 2: a b"));
   EXPECT_THAT(Fault("X1 a 0 NET q=1\n.subckt NET a b\nR1 a b 1\n.ends\n" + rest), HasSubstr("no parameter q"));
   EXPECT_THAT(Fault("X1 a 0 NET\n.subckt NET a b\nX2 a b NET\n.ends\n" + rest), HasSubstr("contain itself"));
   EXPECT_THAT(Fault(".subckt NET a b\nR1 a b 1\n" + rest), HasSubstr("is an .ends missing?"));
@@ -326,6 +344,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("V1 a 0 PULSE(0 1 0 1u\n" + rest), HasSubstr("\")\" is missing"));
   EXPECT_THAT(Fault("V1 a 0 WAVE(1)\n" + rest), HasSubstr("function WAVE is not supported"));
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1)\n" + rest), HasSubstr("pairs"));
+  EXPECT_THAT(Fault("V1 a 0 PWL REPEAT FOREVER (0 0 1 1) ENDREPEAT\n" + rest), HasSubstr("REPEAT of PWL"));
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 +1u 1)\n" + rest), AllOf(HasSubstr("+1u"), HasSubstr("LTspice")));
   EXPECT_THAT(Fault("F1 a 0 R1 2\nR1 a 0 1\n" + rest), HasSubstr("is no voltage source"));
   EXPECT_THAT(Fault("K1 L1 L2 0.5\nL1 a 0 1\n" + rest), HasSubstr("\"L2\" is no inductor"));

@@ -309,6 +309,45 @@ TEST(NetlistTest, AComparatorWithHysteresisControlsTheCurrentOfABridge) {
   EXPECT_NEAR(MeasuredIn(result, "below"), -0.35, 1e-5);
 }
 
+// Four switches with a hysteresis of their own on the current turn at once: from 2 A to -2 A it takes
+// L/R ln((V/R + 2)/(V/R - 2)).
+TEST(NetlistTest, SwitchesWithTheirOwnHysteresisTurnTogether) {
+  const auto result = Solved(
+      "Vdc p 0 100\nS1 p a 0 ctl SH ON\nS2 a 0 ctl 0 SH\nS3 p b ctl 0 SH\nS4 b 0 0 ctl SH ON\nL1 a m 1m\nR1 m c 1\n"
+      "Vs c b 0\nHc ctl 0 Vs 1\n.model SH SW(RON=0.01 VT=0 VH=2)\n.tran 1u 1m uic\n"
+      ".meas tran per TRIG I(L1) VAL=0 FALL=1 TARG I(L1) VAL=0 FALL=10\n",
+      "--tolerance 1e-9");
+  EXPECT_EQ(result["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  const double ohms = 1.02, settled = 100 / ohms;
+  EXPECT_NEAR(MeasuredIn(result, "per"), 9 * 2e-3 / ohms * std::log((settled + 2) / (settled - 2)), 1e-12);
+}
+
+// A switch that starts within its hysteresis stays open until its control leaves it, A (1 - cos wt) = VH: also where
+// the system is so slow that the first step looks far ahead.
+TEST(NetlistTest, ASwitchKeepsItsStateFromTheStartOn) {
+  const auto result = Solved(
+      "I1 0 c SIN(0 1m 1k)\nC1 c 0 10n IC=0\nR2 c 0 1e12\nV1 vcc 0 5\nR1 vcc out 1k\nS1 out 0 c 0 SH\n"
+      ".model SH SW(RON=1 VT=0 VH=0.05)\n.tran 1u 1m uic\n.meas tran closes WHEN V(out)=2.5 FALL=1\n",
+      "--tolerance 1e-9");
+  const double w = 2 * std::numbers::pi * 1e3;
+  EXPECT_NEAR(MeasuredIn(result, "closes"), std::acos(1 - 0.05 * 1e-8 * w / 1e-3) / w, 1e-11);
+}
+
+// The gates of one deck are found beforehand, those of the other one are comparators in the problem. The current of the
+// open switch is that of its off-resistance, and its sign must not be rounding where the current of L1 crosses zero.
+TEST(NetlistTest, GatesInTheProblemAreThoseFoundBeforehand) {
+  const auto amplifier = [](const char* modulator) {
+    return Solved(fmt::format("Vp p 0 30\nVm m 0 -30\nS1 p x g 0 SA\nS2 x m 0 g SA\nL1 x o 22u\nC1 o 0 680n\nR1 o 0 8\n"
+                              "Va a 0 SIN(0 0.7 5k)\nVt t 0 PULSE(-1 1 0 2.5u 2.5u 0.1n 5.0002u)\n{}\n"
+                              ".model SA SW(RON=0.1 ROFF=1meg VT=0)\n.tran 1u 100u\n",
+                              modulator),
+                  "--tolerance 1e-9 --at 1e-4");
+  };
+  const auto in_problem = amplifier("B1 g 0 V=V(a) > V(t) ? 1 : -1"), beforehand = amplifier("E1 g 0 a t 1");
+  EXPECT_NEAR(Last(in_problem, "v(o)"), Last(beforehand, "v(o)"), 1e-7);
+  EXPECT_NEAR(Last(in_problem, "i(L1)"), Last(beforehand, "i(L1)"), 1e-7);
+}
+
 TEST(NetlistTest, ReadsADeckOfLtspice) {
   const auto result = Solved(
       "V1 IN 0 24\nS1 N001 IN N002 0 MYSW\nV2 N002 0 PULSE(0 1 0 1n 1n 5u 10u) AC 1\nD1 0 N001 D1N\n"
@@ -329,7 +368,17 @@ TEST(NetlistTest, SaysWhyACircuitHasNoSolution) {
   EXPECT_THAT(Refused("V1 a 0 SIN(0 1 50)\nD1 a b DX\nC1 b 0 1u\n.model DX D(RON=0 ROFF=1e999)\n.tran 1u 1m\n"),
               HasSubstr("1e999"));
   EXPECT_THAT(Refused("V1 a 0 1\nV2 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n"), HasSubstr("form a loop of voltage sources"));
-  EXPECT_THAT(Refused("V1 a 0 1\nR1 b c 1\nC1 a 0 1u\n.tran 1u 1m\n"), HasSubstr("nodes b and c"));
+  EXPECT_THAT(Refused("V1 a 0 1\nR1 b c 1\nC1 a 0 1u\n.tran 1u 1m\n"),
+              AllOf(HasSubstr("nodes b and c"), HasSubstr("R1")));
+  const auto untitled = ReadNetlist("V1 a 0 5\nR1 a b 1k\nC1 b 0 1u\n.tran 1u 1m\n", "a.cir", "", {});
+  EXPECT_THAT(std::string(untitled.status().message()), HasSubstr("line 1 of a deck is its title"));
+  const auto schematic = ReadNetlist("Version 4\nSHEET 1 880 680\nWIRE 0 0 0 1\n", "a.asc", "", {});
+  EXPECT_THAT(std::string(schematic.status().message()), HasSubstr("a schematic of LTspice"));
+  const ProgramOutcome interrupted =
+      RunDlcs("solve " + WriteDeck("V1 a 0 12\nL1 a b 1m\nS1 b 0 g 0 SX\nVg g 0 PULSE(0 1 0 1n 1n 5u 10u)\n"
+                                   ".model SX SW(RON=0.1 VT=0.5)\n.tran 1u 100u\n"));
+  EXPECT_EQ(interrupted.code, 1);
+  EXPECT_THAT(interrupted.err, AllOf(HasSubstr("S1"), HasSubstr("alone carries the current of L1")));
   const ProgramOutcome infeasible = RunDlcs(
       "solve " + WriteDeck("V1 a 0 SIN(0 10 1k)\nD1 a 0 DX\nR1 a b 1k\nC1 b 0 1u\n.model DX D(RON=0)\n.tran 1u 1m\n"));
   EXPECT_EQ(infeasible.code, 1);

@@ -92,6 +92,7 @@ TEST(SpiceExpressionTest, KeepsLinearFunctionsOfVoltagesAndCurrents) {
   EXPECT_THAT(fault("sin(V(a))"), HasSubstr("not linear"));
   EXPECT_THAT(fault("V(a) == 1 ? 1 : 2"), HasSubstr("equal"));
   EXPECT_THAT(fault("V(a) > 1 ? V(b) : 2"), HasSubstr("between numbers"));
+  EXPECT_THAT(fault("V(a) > 1 ? V(b) + 2*V(a) : V(a)"), HasSubstr("a multiple of what is compared"));
   EXPECT_THAT(fault("V(a) ? 1 : 2"), HasSubstr("comparison"));
 }
 
@@ -128,6 +129,10 @@ TEST(SpiceExpressionTest, MakesPiecewiseLinearFunctions) {
     EXPECT_DOUBLE_EQ(at("max(V(a), {1+1})", x), std::max(x, 2.0));
     EXPECT_DOUBLE_EQ(at("limit(10*V(a), -5, 5)", x), std::clamp(10 * x, -5.0, 5.0));
     EXPECT_DOUBLE_EQ(at("V(a) > 1 ? 5 : 2", x), x > 1 ? 5 : 2);
+    EXPECT_DOUBLE_EQ(at("V(a) > 0 ? V(a) : 0", x), std::max(x, 0.0));
+    EXPECT_DOUBLE_EQ(at("if((V(a) < 1), 3 - V(a), 2*V(a))", x), x < 1 ? 3 - x : 2 * x);
+    EXPECT_DOUBLE_EQ(at("((2*V(a) > 1)) ? {V(a)} : 4", x), x > 0.5 ? x : 4);
+    EXPECT_DOUBLE_EQ(at("if(V(a)>1, 5, if(V(a)<-1, -5, V(a)>0 ? 2 : 1))", x), x > 1 ? 5 : x < -1 ? -5 : x > 0 ? 2 : 1);
     EXPECT_DOUBLE_EQ(at("if(V(a)<0 || V(a)>1, 1, 0) + u(V(a)) + sgn(V(a))", x),
                      (x < 0 || x > 1) + (x > 0) + (x > 0 ? 1 : -1));
     EXPECT_DOUBLE_EQ(at("!(V(a)>0 && V(a)<2) ? 1 : 0", x), !(x > 0 && x < 2));

@@ -120,6 +120,21 @@ TEST(ModeTest, ASmallMMakesFastStates) {
   EXPECT_GT(mode->rate, 1e7);
 }
 
+// The two slacks of an open switch with an off-resistance, w and -w: one is zero, and so is the other one.
+TEST(ModeTest, WhatTheOppositeOfAnActiveRowLeavesIsNoRounding) {
+  Problem problem;
+  problem.A = Matrix::Constant(1, 1, -1);
+  problem.B = Matrix::Constant(1, 3, 0.7);
+  problem.N = (Matrix(3, 1) << -0.9999998, 0.9999998, 0.0999999).finished();
+  problem.M =
+      (Matrix(3, 3) << 2.1e-6, -2.1e-6, -0.9999998, -2.1e-6, 2.1e-6, 0.9999998, 0.9999998, -0.9999998, 0.2).finished();
+  problem.horizon = 1;
+  const auto mode = MakeMode(problem, {0, 2});
+  ASSERT_TRUE(mode);
+  EXPECT_EQ(mode->guard.state(1, 0), 0);
+  EXPECT_EQ(mode->guard.g.row(1), Eigen::RowVector3d(1, 1, 0));
+}
+
 TEST(ModeTest, SlidingOfTheRelayIsAMode) {
   const Problem problem = LoadCase("relay_sliding").problem;
   const auto mode = MakeMode(problem, {0, 1});
