@@ -64,6 +64,7 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double tolerance, Index 
       w_(y_) {
   magnitudes_.x = magnitudes_.x_reach = x_.cwiseAbs();
   magnitudes_.x_noise = Vector::Zero(problem_.num_states());
+  magnitudes_.rounding = Matrix::Zero(problem_.num_states(), 2);
   magnitudes_.y = magnitudes_.w = Vector::Zero(problem_.num_constraints());
   magnitudes_.By = Vector::Zero(problem_.num_states());
   magnitudes_.g = magnitudes_.y;
@@ -503,6 +504,7 @@ void EventDrivenLoop::Accept(double end, double s_end) {
   t_ = end;
   magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * legendre_at_samples_.transpose()).cwiseAbs().rowwise().maxCoeff());
   magnitudes_.x_noise = step_.x_rounding;
+  magnitudes_.rounding = step_.rounding_at_end;
   magnitudes_.y = magnitudes_.y.cwiseMax(y_);
   if (context_.y_is_lipschitz()) {
     magnitudes_.By =
@@ -581,6 +583,7 @@ bool EventDrivenLoop::TakeCoupledSteps(double end) {
     t_ = step_end;
     magnitudes_.x = magnitudes_.x.cwiseMax(x_.cwiseAbs());
     magnitudes_.x_noise = step.noise;
+    magnitudes_.rounding.colwise() = step.noise;
     ++record_.coupled_steps;
     ++k;
     if (ratio < 0.2) coupled_length_ = 2 * length;

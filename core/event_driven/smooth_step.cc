@@ -66,14 +66,16 @@ Vector Stiffness(const Mode& mode, const Vector& x_size, double length) {
   return stiffness;
 }
 
-// The largest size of what `start` and a constant `source` make of x on the step, at a few times.
-Vector LargestAnswer(const ModeStepper& stepper, const Vector& start, const Vector& source) {
+// What columns of `start` and constant `source` make of x on the step, at kAnswers times, the last one its end: all
+// times of the first column, then of the second.
+constexpr Index kAnswers = 4;
+Matrix Answers(const ModeStepper& stepper, const Matrix& start, const Matrix& source) {
   static const Matrix at = [] {
     LegendreRows rows;
     LegendreValuesAt(Vector{{-0.9, -0.4, 0.3, 1}}, rows);
     return Matrix(rows.transpose());
   }();
-  return RowMaxAbs(stepper.Respond(start, source, at).values);
+  return stepper.Respond(start, source, at).values;
 }
 
 double LargestRatio(const Vector& error, const Vector& allowed) {
@@ -163,15 +165,19 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   const Vector stiffness = Stiffness(mode, x_size, sources.length);
   // Rounding as the equations answer to it; its signs are as good as any.
   const Vector signs = SignsOfRounding(x_size.size());
-  const Vector answer =
-      LargestAnswer(*step.stepper, kUnit * signs.cwiseProduct(x_size), kUnit * signs.cwiseProduct(rows_size));
-  step.x_rounding = kRounding * x_size + kRounding / kUnit * answer;
+  // These signs may cancel in a guard by chance: once more with one sign.
+  Matrix start_of_rounding(x_size.size(), 2), source_of_rounding(x_size.size(), 2);
+  start_of_rounding << signs.cwiseProduct(x_size), x_size;
+  source_of_rounding << signs.cwiseProduct(rows_size), rows_size;
+  const Matrix answers = kRounding * Answers(*step.stepper, start_of_rounding, source_of_rounding);
+  step.x_rounding = kRounding * x_size + RowMaxAbs(answers.leftCols(kAnswers));
+  step.rounding_at_end = answers(Eigen::all, Eigen::seqN(kAnswers - 1, 2, kAnswers));
   step.x_noise = (stiffness.array() > kForgets).select(step.x_rounding + magnitudes.x_noise, step.x_rounding);
   const Vector x_coefficients = kOfCoefficient * step.x_noise.cwiseProduct(stiffness.cwiseMax(1));
   step.x_tail = EstimateTail(step.x, x_coefficients);
   step.x_error = step.x_tail + solution.uncertainty;
   if ((step.row_error.array() != 0).any()) {
-    step.x_error += LargestAnswer(*step.stepper, Vector::Zero(x_size.size()), signs.cwiseProduct(step.row_error));
+    step.x_error += RowMaxAbs(Answers(*step.stepper, Vector::Zero(x_size.size()), signs.cwiseProduct(step.row_error)));
   }
 
   step.guard_terms = Size(mode.guard, x_size, slope_size, sources.f_size, sources.g_size);
@@ -180,7 +186,10 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   if (mode.guard.f.size() > 0) step.guard_noise += AbsTimes(mode.guard.f, sources.f_noise);
   if (mode.guard.slope.size() > 0) step.guard_noise += kOfSlopes * AbsTimes(mode.guard.slope, solution.slope_noise);
   const Vector guard_coefficients = kOfCoefficient * step.guard_noise + AbsTimes(mode.guard.state, x_coefficients);
-  step.guard_noise += AbsTimes(mode.guard.state, step.x_noise);
+  // Where a guard tells small differences of states, as the voltage of a high resistance does of inductors that share
+  // it, what rounding does to them mostly cancels.
+  step.guard_noise += kRounding * AbsTimes(mode.guard.state, x_size) + RowMaxAbs(mode.guard.state * answers);
+  if ((stiffness.array() > kForgets).any()) step.guard_noise += RowMaxAbs(mode.guard.state * magnitudes.rounding);
   step.guard_tail = EstimateTail(step.guard, guard_coefficients);
   const Vector guard_size = SizeOf(step.guard);
   step.guard_error =

@@ -28,6 +28,8 @@ struct Magnitudes {
   // The rounding error of x on the step before. In a fast state it decays at once, in a boundary layer that does not
   // count as an error.
   Vector x_noise;
+  // The same with signs, twice: what they do to a guard may cancel.
+  Matrix rounding;
 };
 
 // x, y and the guards of `mode` on a step, as polynomials in s.
@@ -51,6 +53,7 @@ struct SmoothStep {
   Vector x_noise, guard_noise;
   Vector x_tail, guard_tail;  // the part of the errors inside the step that vanishes at its end
   Vector x_rounding;          // of this step alone
+  Matrix rounding_at_end;     // the same with signs, twice
   Vector guard_terms;         // for each guard the sum of the absolute values of its terms
   // For the step of full length: propagates errors.
   std::shared_ptr<const ModeStepper> stepper;

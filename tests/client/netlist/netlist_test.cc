@@ -348,6 +348,26 @@ TEST(NetlistTest, GatesInTheProblemAreThoseFoundBeforehand) {
   EXPECT_NEAR(Last(in_problem, "i(L1)"), Last(beforehand, "i(L1)"), 1e-7);
 }
 
+// The resistance that decks put between a floating part and ground: 1e6 times the sum of the currents of three
+// inductors is a voltage that turns diodes on, and their rounding must not hide it.
+TEST(NetlistTest, AHighResistanceToGroundChangesNothing) {
+  const auto rectifier = [](const char* star, const char* negative, const char* resistance) {
+    return Solved(fmt::format("Va a1 {0} SIN(0 325 50)\nVb b1 {0} SIN(0 325 50 0 0 -120)\n"
+                              "Vc c1 {0} SIN(0 325 50 0 0 -240)\nLa a1 a 1m\nLb b1 b 1m\nLc c1 c 1m\n"
+                              "D1 a p DX\nD2 b p DX\nD3 c p DX\nD4 {1} a DX\nD5 {1} b DX\nD6 {1} c DX\n"
+                              "C1 p {1} 500u\nR1 p {1} 50\n{2}.model DX D(RON=0.01 VFWD=0.8)\n.tran 10u 40m\n"
+                              ".print tran v(p,{1})\n",
+                              star, negative, resistance),
+                  "--at 0.04");
+  };
+  const auto star = rectifier("s", "0", "Rs s 0 1meg\n"), load = rectifier("0", "n", "Rn n 0 1meg\n"),
+             none = rectifier("0", "n", "");
+  EXPECT_EQ(star["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  EXPECT_EQ(load["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  EXPECT_NEAR(Last(star, "v(p)") / Last(none, "v(p,n)"), 1, 1e-5);
+  EXPECT_NEAR(Last(load, "v(p,n)") / Last(none, "v(p,n)"), 1, 1e-5);
+}
+
 TEST(NetlistTest, ReadsADeckOfLtspice) {
   const auto result = Solved(
       "V1 IN 0 24\nS1 N001 IN N002 0 MYSW\nV2 N002 0 PULSE(0 1 0 1n 1n 5u 10u) AC 1\nD1 0 N001 D1N\n"
