@@ -133,6 +133,8 @@ DataSizes EventDrivenLoop::SizesSoFar() const {
 bool EventDrivenLoop::Start(double begin) {
   Vector g(problem_.num_constraints());
   sampler_.G(begin, Side::kRight, g);
+  // What is no more than the rounding of x is zero: N x alone shows no other size than its own.
+  x_ = (x_.array().abs() <= magnitudes_.x_noise.array()).select(0, x_);
   bool y_is_solution = false;
   const std::size_t jumps = context_.solution.jumps.size();
   if (!StartInterval(context_, begin, g, x_, y_, y_is_solution)) return false;
