@@ -19,20 +19,24 @@ class CurveMaker {
   // a y that is zero but for its error.
   void AddPolynomials(const TrajectoryPiece& piece, double begin, double end, const Vector& tail) {
     constexpr double kAccuracy = 1e-12, kHardlyFalls = 0.1;
+    constexpr double kRounding = 1e-14;  // of the terms: the current of a switch is a small difference of large ones
     const LegendreVector& nodes = GetLegendreBasis().nodes;
     CurvePiece curve{begin, end, LegendreSeries(evaluator_.size(), kLegendreSize)};
+    Vector terms = Vector::Zero(evaluator_.size());
     for (Index j = 0; j < kLegendreSize; ++j) {
       const double t = j == 0 ? begin : j == kLegendreSize - 1 ? end : curve.t_of(nodes[j]);
       const LegendreVector at = LegendreValues(std::clamp(2 * (t - piece.begin) / piece.length - 1, -1.0, 1.0));
       const Vector x = piece.x * at.head(piece.x.cols());
       const Vector y = (piece.y * at.head(piece.y.cols())).cwiseMax(0);
+      if (j == 0 || j == kLegendreSize - 1) terms = terms.cwiseMax(evaluator_.TermsOf(x, y));
       curve.z.col(j) = evaluator_.At(t, j == kLegendreSize - 1 ? Side::kLeft : Side::kRight, x, y);
     }
     const Vector size = curve.z.cwiseAbs().rowwise().maxCoeff();
     largest_ = largest_.size() > 0 ? Vector(largest_.cwiseMax(size)) : size;
     curve.z = InterpolateAtNodes(curve.z);
     const Vector left = EstimateTail(curve.z);
-    auto fits = left.array() <= kAccuracy * largest_.array();
+    const Vector enough = kAccuracy * largest_ + kRounding * terms;
+    const auto fits = left.array() <= enough.array();
     const bool is_enough = tail.size() > 0 ? (fits || left.array() >= kHardlyFalls * tail.array()).all() : fits.all();
     const double middle = curve.t_of(0);
     if (is_enough || !(middle > begin && middle < end)) {

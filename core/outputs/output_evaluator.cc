@@ -57,6 +57,10 @@ Vector OutputEvaluator::At(double t, Side side, const Eigen::Ref<const Vector>& 
   return z;
 }
 
+Vector OutputEvaluator::TermsOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) const {
+  return C_.AbsTimes(x.cwiseAbs()) + D_.AbsTimes(y.cwiseAbs());
+}
+
 Vector OutputEvaluator::AtColumn(const Solution& solution, Index column) {
   const double t = solution.times[static_cast<std::size_t>(column)];
   return At(t, t < axis_.horizon ? Side::kRight : Side::kLeft, solution.x.col(column), solution.y.col(column));

@@ -28,6 +28,9 @@ class OutputEvaluator {
   // C x + D y + h(t), with the limit of h from `side`.
   Vector At(double t, Side side, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
 
+  // What they are summed from: |C| |x| + |D| |y|.
+  Vector TermsOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) const;
+
   // All outputs at `column` of `solution`: the limit from the right, at T that from the left; and that from the left.
   Vector AtColumn(const Solution& solution, Index column);
   Vector BeforeColumn(const Solution& solution, Index column);
