@@ -71,7 +71,7 @@ class DeckReader {
   absl::Status ReadAnalysis(ParameterScope& scope) {
     if (parts_.tran == nullptr)
       return absl::InvalidArgumentError(
-          "the deck has no .tran, which says how long to solve: add .tran TSTEP TSTOP, such as .tran 1u 1m");
+          "the deck has no .tran, which says how long to solve; add .tran TSTEP TSTOP, such as .tran 1u 1m");
     std::vector<double> times;
     std::vector<DeckWord> words = WordsOf(*parts_.tran);
     words.erase(words.begin());

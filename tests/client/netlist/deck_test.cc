@@ -337,7 +337,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault(".step param r 1 2 1\n.step param R 1 2 1\nR1 a 0 1\n" + rest), HasSubstr("stepped twice"));
   EXPECT_THAT(Fault("R1 a 0 1\nC2 a 0 1u lser=1n\n" + rest), HasSubstr("write it as an element"));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1m startup\n"), HasSubstr("startup of .tran is not supported"));
-  EXPECT_THAT(Fault("R1 a 0 1\nC1 a 0 1u\n"), HasSubstr("no .tran"));
+  EXPECT_THAT(Fault("R1 a 0 1\nC1 a 0 1u\n"), HasSubstr("a.cir: the deck has no .tran"));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1u 0\n"), HasSubstr("TSTOP"));
   EXPECT_THAT(Fault(".tran 1u 1m\n.tran 1u 2m\nR1 a 0 1\n"), HasSubstr("a second .tran"));
   EXPECT_THAT(Fault("V1 a 0 PULSE(0 1 0 -1u)\n" + rest), HasSubstr("at least 0"));
