@@ -89,9 +89,9 @@ bool EventDriven(SolveContext& context) {
   double of_steps = context.error_by_default ? kFirstByDefault * tolerance : tolerance;
   // The default tolerance has a limit of work, of which a part is left for methods with fixed steps.
   const Index num_states = context.problem.num_states();
-  const Index most_work = context.error_by_default
-                              ? MaxDefaultEventWork(num_states, BreakPoints(context.problem).size())
-                              : std::numeric_limits<Index>::max();
+  const Index most_work = context.error_by_default ? MaxDefaultEventWork(context.options.output_times.size(),
+                                                                         BreakPoints(context.problem).size())
+                                                   : std::numeric_limits<Index>::max();
   Index work = 0;
   EventRecord record;
   std::optional<Attempt> best;

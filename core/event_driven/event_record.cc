@@ -23,7 +23,7 @@ std::vector<Index> Without(const std::vector<Index>& set, const std::vector<Inde
 Index EventRecord::Work(Index num_states) const {
   constexpr Index kOfASmoothStep = 40;
   constexpr Index kOfAModePerState = 15;
-  constexpr Index kOfACoupledStep = 90;  // 30 times its cost: many of them are no good sign
+  constexpr Index kOfACoupledStep = 3;  // one, and two of half its length
   return kOfASmoothStep * (steps + rejected_steps) + kOfAModePerState * num_states * modes_made +
          kOfACoupledStep * coupled_steps;
 }

@@ -147,9 +147,8 @@ TEST(DefaultErrorTest, IsMissedWithAFigureAndBoundedWork) {
   EXPECT_EQ(JudgeSolution(asked).kind, VerdictKind::kNotSolved);
 }
 
-// An undamped spring against a stop of stiffness 100, which keeps its energy: the bound of work ends before T, and
-// steps without events grow beyond all bounds. What the event-driven method found up to there is kept.
-TEST(DefaultErrorTest, AGoodBeginningIsNotGivenUpForAUselessEnd) {
+// An undamped spring against a stop of stiffness 100, which keeps its energy.
+Problem SpringAgainstStop(double horizon) {
   Problem problem;
   problem.A = Matrix{{0, 1}, {-1, 0}};
   problem.B = Matrix{{0}, {1}};
@@ -158,11 +157,17 @@ TEST(DefaultErrorTest, AGoodBeginningIsNotGivenUpForAUselessEnd) {
   problem.f = TimeFunction::Zero(2);
   problem.g = TimeFunction::Constant(Vector{{0.5}});
   problem.x0 = Vector{{1, 0}};
-  problem.horizon = 1e5;
-  const Solution solution = testing::SolveWith(problem, {});
+  problem.horizon = horizon;
+  return problem;
+}
+
+// The bound of work ends before T, and steps without events grow beyond all bounds. What the event-driven method found
+// up to there is kept.
+TEST(DefaultErrorTest, AGoodBeginningIsNotGivenUpForAUselessEnd) {
+  const Solution solution = testing::SolveWith(SpringAgainstStop(3000), {});
   EXPECT_EQ(solution.method, Method::kEventDriven);
   EXPECT_FALSE(JudgeSolution(solution).success);
-  EXPECT_GT(solution.failure_time, 3000);
+  EXPECT_GT(solution.failure_time, 100);
   ASSERT_GT(solution.times.size(), 20);
   double largest = 0;
   for (Index k = 0; k < solution.x.cols(); ++k) {
@@ -170,6 +175,21 @@ TEST(DefaultErrorTest, AGoodBeginningIsNotGivenUpForAUselessEnd) {
     largest = std::max(largest, std::abs(position * position + speed * speed + 100 * depth * depth - 1));
   }
   EXPECT_LT(largest, 1e-4);
+}
+
+// Who asks for 20 times as many times means a longer solve.
+TEST(DefaultErrorTest, MoreOutputTimesAllowMoreWork) {
+  const Problem problem = SpringAgainstStop(1500);
+  EXPECT_FALSE(JudgeSolution(testing::SolveWith(problem, {})).success);
+  Options options;
+  options.output_times.resize(20'000);
+  for (std::size_t k = 0; k < options.output_times.size(); ++k) {
+    options.output_times[k] =
+        problem.horizon * static_cast<double>(k + 1) / static_cast<double>(options.output_times.size());
+  }
+  const Solution solution = testing::SolveWith(problem, options);
+  EXPECT_EQ(solution.method, Method::kEventDriven);
+  EXPECT_TRUE(JudgeSolution(solution).success) << JudgeSolution(solution).text;
 }
 
 // Two pairs share one sum, and B sees one of them. If B sees both alike, or acts as N says where M + Mᵀ is zero, x is
