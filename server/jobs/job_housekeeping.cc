@@ -287,8 +287,9 @@ void JobManager::FailUnmeetable() {
     const std::shared_ptr<EventLog> log = LogOf(job);
     log->AdvanceArchive(job.last_event, false);
     const auto run = std::make_shared<JobRun>(**std::move(claimed), 1, log, [](const std::weak_ptr<JobRun>&) {});
-    const absl::Status late =
-        absl::DeadlineExceededError("While the job was queued, the time left before its deadline became too short.");
+    const absl::Status late = absl::DeadlineExceededError(
+        run->is_shard() ? kDeadlineOfEnsemble
+                        : "While the job was queued, the time left before its deadline became too short.");
     // After a failure the lease expires.
     run->Finish(store_, JobState::kFailed, late, "").IgnoreError();
   }

@@ -395,7 +395,8 @@ void JobManager::End(JobRun& run, const JobEnd& end) {
         error = absl::OkStatus();
         break;
       case StopCause::kDeadline:
-        error = absl::DeadlineExceededError("The deadline passed while the job was running.");
+        error = absl::DeadlineExceededError(run.is_shard() ? kDeadlineOfEnsemble
+                                                           : "The deadline passed while the job was running.");
         break;
       case StopCause::kDrain:
         return Persist(run, [&] { return run.Release(store_); });

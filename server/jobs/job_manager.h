@@ -142,6 +142,8 @@ class JobManager {
     EventDetail detail;
   };
 
+  static constexpr const char* kDeadlineOfEnsemble = "The deadline passed before all members were solved.";
+
   absl::StatusOr<Demand> DemandOf(const Submission& submission) const;
 
   void Work();

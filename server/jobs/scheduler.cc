@@ -126,6 +126,8 @@ Scheduler::Request Scheduler::Take(const JobId& id) {
 }
 
 Time Scheduler::LatestStart(const Request& request) {
+  // The shards stored until then are kept, others may help with the rest, and predictions are on the safe side.
+  if (request.takes_free_cores) return *request.deadline;
   return *request.deadline - FromSeconds(request.demand.core_seconds / request.demand.threads);
 }
 

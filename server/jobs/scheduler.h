@@ -109,7 +109,8 @@ class Scheduler {
   // The job has ended or was released; frees its memory, and its cores if it still has them.
   void Finished(const JobId& id, double core_seconds);
 
-  // Removes and returns the queued jobs that would miss their deadline even if they started now.
+  // Removes and returns the queued jobs that would miss their deadline even if they started now, and the ensembles
+  // whose deadline has passed.
   std::vector<JobId> TakeHopeless();
 
   std::vector<JobId> QueuedIds() const;

@@ -57,12 +57,12 @@ class EnsembleManagerTest : public ::testing::Test {
     return std::make_unique<JobManager>(Fast(worker), store, no_cost, SolveShard, SystemClock());
   }
   static JobId Submit(JobManager& manager, int shards, const std::string& body = "",
-                      std::optional<Time> deadline = std::nullopt) {
+                      std::optional<Time> deadline = std::nullopt, double core_seconds = 0.01) {
     Submission asked;
     asked.owner = "ada";
     asked.body = body;
     asked.deadline = deadline;
-    asked.demand = Demand{.core_seconds = 0.01, .memory_bytes = 1000, .threads = 1};
+    asked.demand = Demand{.core_seconds = core_seconds, .memory_bytes = 1000, .threads = 1};
     for (int k = 0; k < shards; ++k) asked.shards.push_back("shard " + std::to_string(k));
     const auto created = manager.Submit(asked);
     EXPECT_TRUE(created.ok()) << created.status();
@@ -84,6 +84,14 @@ class EnsembleManagerTest : public ::testing::Test {
   // Waits until a shard is being solved.
   void WaitForStart(const JobId& id) {
     for (int k = 0; k < 5000 && !store_.Get("ada", id)->started.has_value(); ++k) std::this_thread::sleep_for(1ms);
+  }
+
+  void ExpectEndAtDeadline(const JobId& id) {
+    const auto job = store_.Get("ada", id);
+    EXPECT_EQ(job->state, JobState::kFailed);
+    EXPECT_EQ(job->error.code(), absl::StatusCode::kDeadlineExceeded);
+    EXPECT_GE(*job->finished, *job->deadline);
+    EXPECT_LE(*job->finished, *job->deadline + 2s);
   }
 
   testing::TemporaryFolder folder_;
@@ -183,8 +191,28 @@ TEST_F(EnsembleManagerTest, ADeadlineEndsTheEnsemble) {
   const JobId id = Submit(*one, 2, "wait", SystemClock().Now() + 300ms);
   JobFollower follower(*one, id);
   follower.Read();
-  EXPECT_EQ(store_.Get("ada", id)->state, JobState::kFailed);
-  EXPECT_EQ(store_.Get("ada", id)->error.code(), absl::StatusCode::kDeadlineExceeded);
+  ExpectEndAtDeadline(id);
+}
+
+TEST_F(EnsembleManagerTest, ADeadlineEndsAnEnsembleThatIsQueuedAndNotBefore) {
+  const auto one = Start("one");
+  for (const JobId& busy : {Submit(*one, 1, "wait"), Submit(*one, 1, "wait")}) WaitForStart(busy);
+  const JobId id = Submit(*one, 2, "", SystemClock().Now() + 300ms, 0.29);
+  JobFollower follower(*one, id);
+  follower.Read();
+  ExpectEndAtDeadline(id);
+}
+
+// No server runs it, and the one that claims none finds it.
+TEST_F(EnsembleManagerTest, ADeadlineEndsAnEnsembleThatOnlyAFrontKnows) {
+  JobManagerOptions options = Fast("front");
+  options.runs_jobs = false;
+  const auto no_cost = [](const Submission&) -> absl::StatusOr<Demand> { return absl::InternalError("not asked"); };
+  JobManager front(options, store_, no_cost, SolveShard, SystemClock());
+  const JobId id = Submit(front, 2, "", SystemClock().Now() + 300ms);
+  JobFollower follower(front, id);
+  follower.Read();
+  ExpectEndAtDeadline(id);
 }
 
 }  // namespace

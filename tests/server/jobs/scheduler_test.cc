@@ -429,6 +429,18 @@ TEST_F(SchedulerTest, TellsThatThereIsNoPlaceWithoutKnowingTheJob) {
   EXPECT_EQ(scheduler.RefuseForPlaces("bob")->limit, "max_queued_jobs");
 }
 
+TEST_F(SchedulerTest, TakesOutAnEnsembleAtItsDeadlineAndNotBefore) {
+  Scheduler scheduler({.cores = 1}, clock_);
+  Scheduler::Request request = Job("ada", "ensemble", 10);
+  request.takes_free_cores = true;
+  request.deadline = clock_.Now() + 20s;
+  scheduler.Restore(request);
+  clock_.Advance(20s);
+  EXPECT_THAT(scheduler.TakeHopeless(), ElementsAre());
+  clock_.Advance(1ms);
+  EXPECT_THAT(scheduler.TakeHopeless(), ElementsAre("adaensemble"));
+}
+
 TEST_F(SchedulerTest, TakesOutWhatHasBecomeHopeless) {
   Scheduler scheduler({.cores = 1}, clock_);
   Scheduler::Request request = Job("ada", "1", 10);

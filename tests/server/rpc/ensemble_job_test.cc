@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "client/rpc/client.h"
+#include "server/store/clock.h"
 #include "spdlog/spdlog.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/solve_jobs/ensemble_runs.h"
@@ -283,6 +284,23 @@ TEST_F(EnsembleJobTest, ACancelledEnsembleKeepsWhatIsStored) {
   const std::vector<v1::EnsembleShard> shards = Read(job.name(), true);  // ends, since the job has
   EXPECT_FALSE(shards.empty());
   EXPECT_EQ(static_cast<int>(shards.size()), Get(job.name()).ensemble().shards_done());
+}
+
+TEST_F(EnsembleJobTest, ADeadlineEndsTheWholeAndKeepsWhatIsStored) {
+  v1::CreateEnsembleJobRequest request = SwitchingEnsemble(20'000, 3000, 20);
+  const std::int64_t deadline_s =
+      std::chrono::ceil<seconds>(jobs::SystemClock().Now()).time_since_epoch() / seconds(1) + 1;
+  request.mutable_deadline()->set_seconds(deadline_s);
+  const v1::SolveJob job = Submit(request);
+  const std::vector<v1::EnsembleShard> shards = Read(job.name(), true);  // ends with the job
+  const v1::SolveJob ended = Get(job.name());
+  EXPECT_EQ(ended.state(), v1::JOB_STATE_FAILED);
+  EXPECT_EQ(ended.error().code(), static_cast<int>(absl::StatusCode::kDeadlineExceeded));
+  EXPECT_GE(ended.end_time().seconds(), deadline_s);
+  EXPECT_LE(ended.end_time().seconds(), deadline_s + 2);
+  EXPECT_FALSE(shards.empty());
+  EXPECT_EQ(static_cast<int>(shards.size()), ended.ensemble().shards_done());
+  EXPECT_LT(ended.ensemble().shards_done(), ended.ensemble().shards());
 }
 
 TEST_F(EnsembleJobTest, AnEnsembleOutlivesItsServer) {
