@@ -7,6 +7,7 @@
 from . import aio
 from .client import Client, Iteration, iterate, solve
 from .deck import read_deck
+from .ensemble import Ensemble
 from .errors import (
     AlreadyExists,
     DeadlineExceeded,
@@ -27,6 +28,7 @@ __all__ = [
     "AlreadyExists",
     "Client",
     "DeadlineExceeded",
+    "Ensemble",
     "Error",
     "FailedPrecondition",
     "InvalidArgument",

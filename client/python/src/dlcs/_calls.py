@@ -3,13 +3,14 @@
 
 import math
 import os
+import time
 from typing import Any, Dict, List, Optional, Tuple
 
 import grpc
 from grpc.experimental import ChannelOptions
 
 from . import messages
-from .errors import FailedPrecondition, invalid, shortened, text, whole
+from .errors import Error, FailedPrecondition, Unavailable, invalid, shortened, text, whole
 
 _SERVICES = ("SolverService", "JobService", "ProblemService")
 _OPTIONS = [("grpc.max_receive_message_length", -1), ("grpc.max_send_message_length", -1)]
@@ -123,10 +124,19 @@ def _method_proto(service: Any, name: str) -> Any:
 def job_request(request: Any, request_id: str, priority: int) -> Any:
     """The CreateSolveJobRequest for a SolveRequest."""
     result = messages.CreateSolveJobRequest(title=request.title)
-    result.request_id = text("request_id", request_id)
-    result.priority = whole("priority", priority, 32)
     result.solve.CopyFrom(request)
-    return result
+    return with_terms(result, request_id, priority)
+
+
+def with_terms(request: Any, request_id: str, priority: int, deadline: Optional[float] = None) -> Any:
+    """`request`, which creates a job, with what is said of the job itself."""
+    request.request_id = text("request_id", request_id)
+    request.priority = whole("priority", priority, 32)
+    if deadline is not None:
+        if not (isinstance(deadline, (int, float)) and 0 < deadline < 1e10):
+            raise invalid("deadline", f"{shortened(deadline)}; must be a positive number of seconds, or None")
+        request.deadline.FromMicroseconds(int((time.time() + deadline) * 1e6))
+    return request
 
 
 def of_job(request_type: Any, name: str, **fields: Any) -> Any:
@@ -134,8 +144,43 @@ def of_job(request_type: Any, name: str, **fields: Any) -> Any:
     return request_type(name=text("name", name), **fields)
 
 
+def check_is_solve(job: Any) -> None:
+    if job.HasField("ensemble"):
+        raise FailedPrecondition(f"{job.name} is an ensemble: read it with ensemble()", "FAILED_PRECONDITION")
+
+
 def watch_request(name: str, after: int) -> Any:
     return of_job(messages.WatchSolveJobRequest, name, after_sequence=whole("after", after, 64))
+
+
+class Following:
+    """Where a reader of an ensemble is, and when it calls again after its connection broke."""
+
+    def __init__(self, name: str, patience: Any):
+        if not (isinstance(patience, (int, float)) and patience >= 0):
+            raise invalid("patience", f"{shortened(patience)}; must be a number of seconds")
+        self.request = of_job(messages.ReadEnsembleRequest, name, follow=True)
+        self.complete = False
+        self._patience = patience
+        self._broken_since: Optional[float] = None
+        self._pause = 0.05
+
+    def take(self, page: Any) -> None:
+        self.request.resume_token = page.resume_token
+        self.complete = page.complete
+        self._broken_since, self._pause = None, 0.05
+
+    def pause(self, error: Optional[Error]) -> float:
+        """Seconds to wait before the next call, after one that ended by `error` or by itself. Raises `error` where
+        another call would not help, or after the patience has ended."""
+        error = error or Unavailable("the server ended the stream before the ensemble ended", "UNAVAILABLE")
+        now = time.monotonic()
+        if self._broken_since is None:
+            self._broken_since = now
+        if not isinstance(error, Unavailable) or now - self._broken_since >= self._patience:
+            raise error
+        self._pause = min(2 * self._pause, 2.0)
+        return self._pause
 
 
 def default_server() -> Optional[str]:

@@ -9,7 +9,19 @@ import grpc.aio
 import numpy as np
 
 from . import messages, solution
-from ._calls import Connection, check_process, default_server, job_request, methods, of_job, watch_request
+from ._calls import (
+    Connection,
+    Following,
+    check_is_solve,
+    check_process,
+    default_server,
+    job_request,
+    methods,
+    of_job,
+    watch_request,
+    with_terms,
+)
+from .ensemble import Ensemble, ensemble_request
 from .errors import Error, FailedPrecondition, from_rpc
 from .private_server import private_server
 from .problem import request_at, solve_request, span_and_times
@@ -136,6 +148,7 @@ class Client:
                 result.add(event)
         job = await self.job(name)
         result.job = name
+        check_is_solve(job)
         if not job.HasField("summary"):
             raise Error(job.error.message or f"{name} solved nothing", "FAILED_PRECONDITION")
         async for page in self.stream("ReadTrajectory", of_job(messages.ReadTrajectoryRequest, name)):
@@ -143,6 +156,42 @@ class Client:
                 result.add_chunk(page.chunk)
         result.summary = job.summary
         return result.finish()
+
+    async def submit_ensemble(
+        self,
+        members: Any,
+        *args: Any,
+        request_id: str = "",
+        priority: int = 0,
+        deadline: Optional[float] = None,
+        **kwargs: Any,
+    ) -> str:
+        """Creates a job for many members and returns its name."""
+        request = with_terms(ensemble_request(members, *args, **kwargs), request_id, priority, deadline)
+        return (await self.call("CreateEnsembleJob", request)).name
+
+    async def shards(self, name: str, patience: float = 60) -> AsyncIterator[Any]:
+        """The results of an ensemble as they are stored, each EnsembleShard once, over broken connections."""
+        following = Following(name, patience)
+        while True:
+            broken: Optional[Error] = None
+            try:
+                async for page in self.stream("ReadEnsemble", following.request):
+                    following.take(page)
+                    if page.HasField("shard"):
+                        yield page.shard
+            except Error as error:
+                broken = error
+            if following.complete:
+                return
+            await asyncio.sleep(following.pause(broken))
+
+    async def ensemble(self, name: str, patience: float = 60) -> Ensemble:
+        """Waits for the end of an ensemble and reads its results."""
+        result = Ensemble(await self.job(name))
+        async for shard in self.shards(name, patience):
+            result.add(shard)
+        return result.finish(await self.job(name))
 
     async def capabilities(self) -> Any:
         """Methods and limits of the server."""

@@ -4,13 +4,26 @@
 import contextlib
 import os
 import threading
+import time
 from typing import Any, Dict, Iterator, List, Optional
 
 import grpc
 import numpy as np
 
 from . import messages
-from ._calls import Connection, check_process, default_server, job_request, methods, of_job, watch_request
+from ._calls import (
+    Connection,
+    Following,
+    check_is_solve,
+    check_process,
+    default_server,
+    job_request,
+    methods,
+    of_job,
+    watch_request,
+    with_terms,
+)
+from .ensemble import Ensemble, ensemble_request
 from .errors import Error, FailedPrecondition, from_rpc
 from .private_server import private_server
 from .problem import request_at, solve_request, span_and_times
@@ -143,6 +156,7 @@ class Client:
                 solution.add(event)
         job = self.job(name)
         solution.job = name
+        check_is_solve(job)
         if not job.HasField("summary"):
             raise Error(job.error.message or f"{name} solved nothing", "FAILED_PRECONDITION")
         for page in self.call("ReadTrajectory", of_job(messages.ReadTrajectoryRequest, name)):
@@ -150,6 +164,62 @@ class Client:
                 solution.add_chunk(page.chunk)
         solution.summary = job.summary
         return solution.finish()
+
+    def submit_ensemble(
+        self,
+        members: Any,
+        *args: Any,
+        request_id: str = "",
+        priority: int = 0,
+        deadline: Optional[float] = None,
+        **kwargs: Any,
+    ) -> str:
+        """Creates a job that solves a linear problem for many members, and returns its name.
+
+        Args:
+          members: a k x m array of initial states; or {"x0": such an array, "NAME": k values of a parameter, ...}; or
+            a list of dictionaries of what differs from the problem: x0, f, g, t_end, breaks, parameters={"NAME": 1}.
+          further arguments are those of dlcs.solve(), except server and what belongs to it. x0 may be left out where
+            the members have it.
+          parameters: as for dlcs.solve(), for members without their own.
+          keep: fields of KeptResults in jobs.proto, such as {"extrema": True, "x_components": [0, 2]}. None: x, y, w
+            and outputs at the end of each member.
+          shard_members: members that one server solves at a time; 0: the server chooses.
+          request_id, priority: as for submit().
+          deadline: seconds from now after which the job ends, with what is solved until then.
+        """
+        request = with_terms(ensemble_request(members, *args, **kwargs), request_id, priority, deadline)
+        return self.call("CreateEnsembleJob", request).name
+
+    def shards(self, name: str, patience: float = 60) -> Iterator[Any]:
+        """The results of an ensemble as they are stored, until it ends: each EnsembleShard once.
+
+        The columns of its values are those of job(name).ensemble. After a broken connection it calls again and goes
+        on behind the last shard, unless no call has succeeded for `patience` seconds.
+        """
+        following = Following(name, patience)
+        while True:
+            broken: Optional[Error] = None
+            try:
+                for page in self.call("ReadEnsemble", following.request):
+                    following.take(page)
+                    if page.HasField("shard"):
+                        yield page.shard
+            except Error as error:
+                broken = error
+            if following.complete:
+                return
+            time.sleep(following.pause(broken))
+
+    def ensemble(self, name: str, patience: float = 60) -> Ensemble:
+        """Waits for the end of an ensemble and reads its results, those stored so far if it was stopped.
+
+        `patience` is that of shards().
+        """
+        result = Ensemble(self.job(name))
+        for shard in self.shards(name, patience):
+            result.add(shard)
+        return result.finish(self.job(name))
 
     def capabilities(self) -> Any:
         """Methods and limits of the server."""
@@ -216,6 +286,7 @@ def solve(A: Any, *args: Any, **kwargs: Any) -> Solution:
         given.
       breaks: times at which f or g, if callable, jumps or has a kink.
       rule: which y to take if there are several, such as "least-element".
+      parameters: {name: value} of the formulas in f, g and outputs.
       outputs: further quantities of the result, {name: (row over x, row over y, h)} for each row x + row y + h(t); h is
         a number or a formula, and what comes last may be left out.
       server, token, ca, cert, key, timeout, dlcsd: those of Client.

@@ -138,7 +138,7 @@ def _request_of_problem(
     title: str = "",
     **options: Any,
 ) -> Any:
-    for name in ("B", "N", "M", "f", "g", "E", "x0", "t_span", "breaks", "rule", "outputs"):
+    for name in ("B", "N", "M", "f", "g", "E", "x0", "t_span", "breaks", "rule", "outputs", "parameters"):
         if name in options:
             raise invalid(name, "is part of the problem")
     request = messages.SolveRequest(title=text("title", title) or problem.title)
@@ -174,6 +174,17 @@ def _outputs(given: Any, m: int, n: int, begin: float, end: float, tol: float) -
     return result
 
 
+def add_parameters(target: Any, field: str, given: Any) -> None:
+    """Adds {name: value} to a list of Parameter messages; None adds nothing."""
+    if given is None:
+        return
+    if not isinstance(given, dict):
+        raise invalid(field, f"{shortened(given)}; must be a dictionary of names and values")
+    for name, value in given.items():
+        number = numbers(f"{field}[{shortened(name)}]", value, 0)
+        target.add(name=text(field, name), value=float(number))
+
+
 def _request_of_arrays(
     A: Any,
     B: Any,
@@ -190,6 +201,7 @@ def _request_of_arrays(
     breaks: Sequence[float] = (),
     rule: Optional[str] = None,
     outputs: Any = None,
+    parameters: Any = None,
     title: str = "",
     **options: Any,
 ) -> Any:
@@ -229,6 +241,7 @@ def _request_of_arrays(
             problem.rule = messages.enum_value("SolutionRule", name)
         except KeyError:
             raise invalid("rule", f'"{rule}" is unknown; for example "unique", "least-element", "least-norm"') from None
+    add_parameters(problem.parameters, "parameters", parameters)
     if outputs is not None:
         problem.outputs.CopyFrom(_outputs(outputs, m, n, begin, end, accuracy))
     _set_run(request, options, tol, t_eval, begin)
