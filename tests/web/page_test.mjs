@@ -120,6 +120,49 @@ test("cancels", async () => {
   await context.close();
 });
 
+// x' = x, and a pair that does nothing; each of the `ends` is the horizon of a member.
+async function createEnsemble(ends, options, title = "") {
+  const dense = (value) => ({ dense: { rows: 1, columns: 1, values: [value] } });
+  const constant = (value) => ({ pieces: [{ constant: { values: [value] } }] });
+  const matrices = { a: dense(1), b: dense(0), n: dense(0), m: dense(1) };
+  const problem = { ...matrices, f: constant(0), g: constant(1), x0: [1], horizon: 1 };
+  const ensemble = { problem, options, members: ends.map((horizon) => ({ horizon })) };
+  const response = await fetch(`${dlcsd.url}/dlcs.v1.JobService/CreateEnsembleJob`, {
+    method: "POST",
+    headers: { "content-type": "application/json" },
+    body: JSON.stringify({ ensemble, title, shardMembers: 20 }),
+  });
+  assert.equal(response.status, 200);
+  return (await response.json()).name;
+}
+
+test("shows how far an ensemble is, and how its members ended", async () => {
+  const context = await newContext();
+  // One of them grows beyond all numbers.
+  const ends = [...Array(59).fill(1), 1000];
+  const name = await createEnsemble(ends, { errorTolerance: 1e-6 }, "sixty ends");
+  const page = await open(context, "#/jobs");
+  const row = page.locator(".jobs tbody tr", { hasText: "sixty ends" });
+  await row.getByText("Ensemble: 60 members, 1 failed, 1 state, 1 pair").waitFor(kPatience);
+  await row.getByText("took").waitFor(kPatience);
+  await page.fill("#search", "ensemble");
+  assert.equal(await page.locator(".jobs tbody tr").count(), 1);
+  await page.screenshot({ path: "shots/ensembles.png" });
+  await row.getByRole("link").click();
+  await page.getByText("60 members, 1 failed, created").waitFor(kPatience);
+  await page.getByText(`dlcs result ${name}`).waitFor(kPatience);
+  await page.screenshot({ path: "shots/ensemble.png" });
+
+  // One that runs can be cancelled.
+  const long = await createEnsemble(Array(4000).fill(1), { steps: 100_000, method: "METHOD_TIME_STEPPING" });
+  await page.goto(`${dlcsd.url}/#/${long}`);
+  await page.getByText("Untitled ensemble").waitFor(kPatience);
+  await page.getByText(/\d+ of 4,000 members/).waitFor(kPatience);
+  await page.click("text=Cancel");
+  await page.getByText(/Took .*, \d+ of 4,000 members, created/).waitFor(kPatience);
+  await context.close();
+});
+
 test("shows what is wrong with a problem at its field", async () => {
   const context = await newContext();
   const page = await open(context, "#/submit");

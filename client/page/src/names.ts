@@ -2,6 +2,7 @@
 // Names of components, and words for the enumerations of the contract, as the command line prints them.
 
 import type {DescEnum} from '@bufbuild/protobuf';
+import type {EnsembleProgress, SolveJob} from '../generated/dlcs/v1/jobs_pb';
 import {
   JobState,
   JobStateSchema,
@@ -12,6 +13,7 @@ import {
   TerminationSchema,
   type Summary,
 } from '../generated/dlcs/v1/solver_pb';
+import {count} from './format';
 
 export class Names {
   constructor(
@@ -54,6 +56,18 @@ export function hasEnded(state: JobState): boolean {
 /** Not of a job that is being cancelled already. */
 export function canCancel(state: JobState): boolean {
   return !hasEnded(state) && state !== JobState.CANCELLING;
+}
+
+export function titleOf(job: SolveJob): string {
+  return job.title || (job.ensemble === undefined ? 'Untitled solve' : 'Untitled ensemble');
+}
+
+/** "300 of 1,000 members, 2 failed". */
+export function membersText({members, counts}: EnsembleProgress): string {
+  const failed = counts?.failed ?? 0n;
+  const done = (counts?.solved ?? 0n) + (counts?.reached ?? 0n) + failed;
+  const some = done < members ? `${done.toLocaleString('en-US')} of ` : '';
+  return `${some}${count(members, 'member')}${failed > 0n ? `, ${failed.toLocaleString('en-US')} failed` : ''}`;
 }
 
 /** The first line of a result, in the words of the command line. */

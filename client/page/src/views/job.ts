@@ -6,7 +6,7 @@ import type {SolveJob} from '../../generated/dlcs/v1/jobs_pb';
 import {JobState} from '../../generated/dlcs/v1/solver_pb';
 import {h} from '../dom';
 import {ago, bytes, duration, general, milliseconds, timeLeft} from '../format';
-import {canCancel, hasEnded, stateWord} from '../names';
+import {canCancel, hasEnded, membersText, stateWord, titleOf} from '../names';
 import {jobs, soon} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import type {SolveData} from '../solve/data';
@@ -120,7 +120,7 @@ export class JobView implements View {
   }
 
   private get jobTitle(): string {
-    return this.job?.title || 'Untitled solve';
+    return this.job === null ? 'Untitled solve' : titleOf(this.job);
   }
 
   private startWatch(): JobWatch {
@@ -167,7 +167,8 @@ export class JobView implements View {
   private onJob(job: SolveJob): void {
     this.job = job;
     document.title = `${this.jobTitle} – dlcs`;
-    if (!this.model.ended && this.ready) this.watch ??= this.startWatch();
+    if (job.ensemble !== undefined) this.showEnsemble(job);
+    else if (!this.model.ended && this.ready) this.watch ??= this.startWatch();
     if (hasEnded(job.state)) {
       // Its error is told where nothing was solved; otherwise the summary says how it ended.
       if (job.error !== undefined && job.summary === undefined) this.head.tell(`It failed: ${job.error.message}`);
@@ -178,6 +179,15 @@ export class JobView implements View {
     this.panels.refresh();
   }
 
+  // Of an ensemble the job itself says all that is shown here, and it has no trajectory.
+  private showEnsemble(job: SolveJob): void {
+    if (this.panels.element.hidden) return;
+    this.panels.element.hidden = true;
+    this.element.append(
+      h('p', {class: 'card'}, 'The results of its members: ', h('code', {}, `dlcs result ${job.name}`)),
+    );
+  }
+
   private updateHead(job: SolveJob): void {
     const ended = hasEnded(job.state);
     const from = job.startTime ?? job.createTime;
@@ -185,11 +195,18 @@ export class JobView implements View {
     const elapsed = from === undefined ? 0 : Math.max(0, (to - milliseconds(from)) / 1000);
     const part = Math.max(job.progress, job.horizon > 0 ? this.model.reached / job.horizon : 0);
     const texts = ended
-      ? [`Took ${duration(elapsed)}`, `created ${ago(job.createTime)}`, `${bytes(job.storedBytes)} stored`]
+      ? [
+          `Took ${duration(elapsed)}`,
+          job.ensemble === undefined ? '' : membersText(job.ensemble),
+          `created ${ago(job.createTime)}`,
+          `${bytes(job.storedBytes)} stored`,
+        ]
       : job.state === JobState.QUEUED
         ? ["Waiting in the server's queue"]
         : [
-            `t = ${general(this.model.reached, 4)} of ${general(job.horizon, 4)}`,
+            job.ensemble === undefined
+              ? `t = ${general(this.model.reached, 4)} of ${general(job.horizon, 4)}`
+              : membersText(job.ensemble),
             duration(Math.floor(elapsed)),
             timeLeft(elapsed, part),
           ];
@@ -208,7 +225,7 @@ export class JobView implements View {
   private readOn(): void {
     const {states, pairs, model} = this.data;
     const times = model.summary?.times ?? model.storedTimes;
-    if (times === 0 || states + pairs === 0 || !this.ready) return;
+    if (times === 0 || states + pairs === 0 || !this.ready || this.job?.ensemble !== undefined) return;
     if (this.reader === null) this.reader = this.startReading(times);
     if (model.ended || this.reader.trajectory.times.length * this.reader.selection.stride < times) {
       void this.reader.update(model.ended);

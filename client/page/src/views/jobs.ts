@@ -4,7 +4,7 @@
 import {type ListSolveJobsResponse, type SolveJob} from '../../generated/dlcs/v1/jobs_pb';
 import {h, replace, setText, show} from '../dom';
 import {ago, count, duration, milliseconds, timeLeft} from '../format';
-import {canCancel, hasEnded, methodWord, stateWord} from '../names';
+import {canCancel, hasEnded, membersText, methodWord, stateWord, titleOf} from '../names';
 import {getCapabilities, jobs, soon} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import {pollWhileVisible, type View} from './page';
@@ -138,14 +138,10 @@ export class JobsView implements View {
   }
 }
 
-function titleOf(job: SolveJob): string {
-  return job.title || 'Untitled solve';
-}
-
 function textOf(job: SolveJob): string {
-  return [titleOf(job), stateWord(job.state), methodWord(job.options?.method ?? 0), job.name, job.owner, job.requestId]
-    .join(' ')
-    .toLowerCase();
+  const kind = job.ensemble === undefined ? 'solve' : 'ensemble';
+  const words = [stateWord(job.state), methodWord(job.options?.method ?? 0), job.name, job.owner, job.requestId];
+  return [titleOf(job), kind, ...words].join(' ').toLowerCase();
 }
 
 class Row {
@@ -186,12 +182,12 @@ class Row {
     this.job = job;
     const ended = hasEnded(job.state);
     setText(this.title, titleOf(job));
-    setText(
-      this.about,
-      job.states > 0
-        ? `${count(job.states, 'state')}, ${count(job.constraints, 'pair')}${job.owner === '' ? '' : `, ${job.owner}`}`
-        : '',
-    );
+    const about = [
+      job.ensemble === undefined ? '' : `Ensemble: ${membersText(job.ensemble)}`,
+      job.states > 0 ? `${count(job.states, 'state')}, ${count(job.constraints, 'pair')}` : '',
+      job.states > 0 ? job.owner : '',
+    ];
+    setText(this.about, about.filter((text) => text !== '').join(', '));
     setText(this.state, stateWord(job.state));
     this.state.dataset.state = stateWord(job.state);
     show(this.bar, !ended);
