@@ -75,7 +75,7 @@ const iterationAbove = async (page, number) => {
 const fits = (page) => page.evaluate(() => document.documentElement.scrollWidth <= innerWidth);
 
 // Long enough to look at: thousands of iterations.
-const long = { method: "wu-chen-iteration", steps: 1200 };
+const long = { method: "wu-chen-iteration", steps: 800 };
 
 test("is small", async () => {
   const html = await (await fetch(dlcsd.url)).text();
