@@ -136,7 +136,7 @@ void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepS
   event_.x = step.x;
   event_.length = sources.length;
   event_.s = s_end;
-  event_.slope = step.x * slope_at;
+  event_.slope = SlopeAt(step, sources, s_end);
   has_event_ = true;
   for (Index e = 0; e < kErrors; ++e) {
     double moved = mode.guard.state.row(guard).dot(errors_.col(e));
@@ -155,8 +155,7 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   if (!has_event_) return;
   has_event_ = false;
   last_event_ = sources.begin;
-  const Vector slope_jump =
-      event_.slope - step.x * (2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(-1)));
+  const Vector slope_jump = event_.slope - SlopeAt(step, sources, -1);
   const Vector size = event_.slope.cwiseAbs() + step.slope_size;
   for (Index e = 0; e < kErrors; ++e) {
     const double delay = std::abs(event_.delay[e]);

@@ -17,8 +17,8 @@ inline constexpr double kLargestEventTolerance = 0.1;
 
 // The part of Options::kMaxDefaultSteps for event_driven; the rest is for steps without events if it does not reach T.
 inline constexpr Index kMaxDefaultEventWork = 27'800;
-// Its work for the default tolerance, in steps. A solve that is asked for more than 1,000 times is a longer one: a
-// circuit with as many cycles. Each break point begins a mode, and others follow.
+// Its work for the default tolerance, in steps: that for each 1,000 output times, since who asks for many means a long
+// solve, such as a circuit with as many cycles. Each break point begins a mode, and others follow.
 inline Index MaxDefaultEventWork(std::size_t output_times, std::size_t break_points) {
   constexpr Index kOfABreakPoint = 600;
   return std::max<Index>(1, static_cast<Index>(output_times) / 1000) * kMaxDefaultEventWork +

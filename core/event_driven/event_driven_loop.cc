@@ -406,7 +406,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::EndMode(const ModeEnd& mode_end, do
     burst_ = 1;
     return Progressed::kYes;
   }
-  const Vector slope = step_.x * (2 / sources_.length * (GetLegendreBasis().derivative * LegendreValues(mode_end.s)));
+  const Vector slope = SlopeAt(step_, sources_, mode_end.s);
   const bool moved = (lasted * slope.array().abs() > tolerance_ * magnitudes_.x.array()).any();
   short_modes_ += moved ? 1 : kCountOfStill;
   if (short_modes_ < kMaxShortModes) return Progressed::kYes;

@@ -89,7 +89,7 @@ class ModeMaker {
   Vector units_;  // of the states, powers of two
   // The differential equations rows · (x' - f) = rows_A x + rows_B y.
   Matrix rows_, rows_A_, rows_B_;
-  std::vector<Index> opposite_;
+  std::vector<Index> opposite_;  // for each w_i one with the opposite row, or -1
 };
 
 }  // namespace dlcs

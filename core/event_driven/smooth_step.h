@@ -28,7 +28,7 @@ struct Magnitudes {
   // The rounding error of x on the step before. In a fast state it decays at once, in a boundary layer that does not
   // count as an error.
   Vector x_noise;
-  // The same with signs, twice: what they do to a guard may cancel.
+  // m × 2: rounding errors at the end of that step for two choices of signs, since they may cancel in a guard.
   Matrix rounding;
 };
 
@@ -53,7 +53,7 @@ struct SmoothStep {
   Vector x_noise, guard_noise;
   Vector x_tail, guard_tail;  // the part of the errors inside the step that vanishes at its end
   Vector x_rounding;          // of this step alone
-  Matrix rounding_at_end;     // the same with signs, twice
+  Matrix rounding_at_end;     // m × 2: with signs, as Magnitudes::rounding
   Vector guard_terms;         // for each guard the sum of the absolute values of its terms
   // For the step of full length: propagates errors.
   std::shared_ptr<const ModeStepper> stepper;

@@ -93,8 +93,11 @@ class Faults:
     def some(self, servers, most):
         return self.random.sample(servers, self.random.randint(1, most))
 
+    def servers(self, most_workers):
+        return self.some(self.fleet.workers, most_workers) + self.some(self.fleet.fronts, 1)
+
     def kill_servers(self):
-        victims = self.some(self.fleet.workers, 3) + self.some(self.fleet.fronts, 1)
+        victims = self.servers(3)
         for server in victims:
             server.kill()
         self.pause(0, 2 * LEASE_S)
@@ -104,7 +107,7 @@ class Faults:
             server.wait()
 
     def freeze_servers(self):
-        victims = self.some(self.fleet.workers, 3) + self.some(self.fleet.fronts, 1)
+        victims = self.servers(3)
         for server in victims:
             server.freeze()
         self.pause(0.1, 3 * LEASE_S)
@@ -112,7 +115,7 @@ class Faults:
             server.thaw()
 
     def cut_servers_from_the_database(self):
-        victims = self.some(self.fleet.workers, 2) + self.some(self.fleet.fronts, 1)
+        victims = self.servers(2)
         databases = [database.machine for database in self.fleet.databases]
         for server in victims:
             server.machine.cut(*databases)
@@ -121,7 +124,7 @@ class Faults:
             server.machine.mend(*databases)
 
     def unplug_servers(self):
-        victims = self.some(self.fleet.workers, 2) + self.some(self.fleet.fronts, 1)
+        victims = self.servers(2)
         for server in victims:
             server.machine.unplug()
         self.pause(0.5, 4 * LEASE_S)

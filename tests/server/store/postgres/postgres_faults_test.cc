@@ -114,18 +114,20 @@ TEST_F(PostgresFaultsTest, AServerThatHangsIsGivenUpAfterAWhile) {
   ExpectWellSoon(*store, ids);
 }
 
+// Commits shall wait for these synchronous standbys from now on.
+void WaitFor(const std::string& standbys, PostgresConnection& operators) {
+  operators.Run("ALTER SYSTEM SET synchronous_standby_names = '" + standbys + "'");
+  operators.Run("SELECT pg_reload_conf()::text");
+  while (operators.Run("SHOW synchronous_standby_names").Bytes(0, 0) != standbys) std::this_thread::sleep_for(10ms);
+}
+
 // Cancelled, as by an operator, the wait ends with a warning and a commit that only this server has.
 TEST_F(PostgresFaultsTest, WhatTheSynchronousStandbyDoesNotHaveIsNotAcknowledged) {
   UseAnotherServer();
   const auto store = Open();
   const std::vector<JobId> ids = Fill(*store, 1);
   PostgresConnection operators = ConnectionIn(schema_);
-  const auto wait_for = [&](const std::string& standbys) {
-    operators.Run("ALTER SYSTEM SET synchronous_standby_names = '" + standbys + "'");
-    operators.Run("SELECT pg_reload_conf()::text");
-    while (operators.Run("SHOW synchronous_standby_names").Bytes(0, 0) != standbys) std::this_thread::sleep_for(10ms);
-  };
-  wait_for("elsewhere");
+  WaitFor("elsewhere", operators);
   const auto cancel = [&] {
     return operators
         .Run(
@@ -151,7 +153,7 @@ TEST_F(PostgresFaultsTest, WhatTheSynchronousStandbyDoesNotHaveIsNotAcknowledged
   EXPECT_EQ(cancelled, 1);
   EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable) << status;
   EXPECT_THAT(log_.str(), HasSubstr("synchronous replication"));
-  wait_for("");
+  WaitFor("", operators);
   ExpectWellSoon(*store, ids);
 }
 
@@ -161,17 +163,14 @@ TEST_F(PostgresFaultsTest, APrimaryWithoutItsStandbyIsNotBelieved) {
   const auto store = Open();
   const std::vector<JobId> ids = Fill(*store, 1);
   PostgresConnection operators = ConnectionIn(schema_);
-  operators.Run("ALTER SYSTEM SET synchronous_standby_names = 'elsewhere'");
-  operators.Run("SELECT pg_reload_conf()::text");
-  while (operators.Run("SHOW synchronous_standby_names").Bytes(0, 0).empty()) std::this_thread::sleep_for(10ms);
+  WaitFor("elsewhere", operators);
   std::this_thread::sleep_for(1100ms);  // what was committed before is believed for a second
   EXPECT_EQ(store->Get("ada", ids[0]).status().code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(store->Get("ada", NewJobId()).status().code(), absl::StatusCode::kUnavailable) << "it may exist elsewhere";
   const JobId none[] = {NewJobId()};
   EXPECT_EQ(store->RenewLease({.job = none[0], .worker = "w"}, 1s).status().code(), absl::StatusCode::kUnavailable);
   EXPECT_FALSE(store->Healthy());
-  operators.Run("ALTER SYSTEM RESET synchronous_standby_names");
-  operators.Run("SELECT pg_reload_conf()::text");
+  WaitFor("", operators);
   ExpectWellSoon(*store, ids);
   EXPECT_EQ(store->Get("ada", NewJobId()).status().code(), absl::StatusCode::kNotFound);
 }
