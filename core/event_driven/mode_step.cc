@@ -155,6 +155,20 @@ ModeStepper::ComplexSeries ModeStepper::SolveIntegrated(const LegendreSeries& in
 
 LegendreSeries ModeStepper::States(const ComplexSeries& c) const { return (mode_->form.vectors * c).real(); }
 
+LegendreSeries ModeStepper::Missing(const LegendreSeries& x, const LegendreSeries& integral,
+                                    const Eigen::Ref<const Vector>& start) const {
+  LegendreSeries missing = integral + half_ * Integral<LegendreSeries>(mode_->F * x);
+  if (mode_->is_explicit()) {
+    missing -= x;
+  } else {
+    missing -= mode_->E * x;
+  }
+  Vector at_start = x.col(0);
+  for (Index k = 1; k <= K; ++k) at_start += (k % 2 ? -1 : 1) * x.col(k);
+  missing.col(0) = start - at_start;
+  return missing;
+}
+
 // At degree K an equation slope c' = rate c + r reads 0 = rate c_K + r_K + τ, where τ (P_K - P_{K-1}) is its
 // residual and -τ/rate the layer. So what a smooth source makes of c_K and c_{K-1} is no layer.
 Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, const Eigen::Ref<const Eigen::MatrixXcd>& source,
@@ -220,6 +234,8 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
   const ComplexSeries b = form.left * source;
   const Vector b_noise = form.left.cwiseAbs() * (kUnit * source.cwiseAbs().rowwise().sum() + source_noise);
   const Vector c_size = c.cwiseAbs().rowwise().sum();
+  // Entries of the slope triangle have the rounding of the largest, of which a fast component's is a small part.
+  const double of_triangle = kUnit * form.slope_triangle.cwiseAbs().maxCoeff();
   ComplexSeries slope(m, kLegendreSize);
   Vector slope_size(m), noise(m);
   for (Index j = m - 1; j >= 0; --j) {
@@ -227,19 +243,19 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
     const auto of_slopes = form.slope_triangle.row(j).tail(after);
     const auto of_states = form.triangle.row(j).tail(after + 1);
     const double over_slope = std::abs(scalars_[j].over_slope);
+    slope.row(j) = b.row(j) + of_states * c.bottomRows(after + 1) - of_slopes * slope.bottomRows(after);
+    slope.row(j) *= scalars_[j].over_slope;
+    slope_size[j] = slope.row(j).cwiseAbs().sum();
     const double terms =
         of_states.cwiseAbs().dot(c_size.tail(after + 1)) + of_slopes.cwiseAbs().dot(slope_size.tail(after));
-    const double by_equation = over_slope * (kUnit * terms + b_noise[j] + of_slopes.cwiseAbs().dot(noise.tail(after)));
+    const double by_equation = over_slope * (kUnit * terms + b_noise[j] + of_slopes.cwiseAbs().dot(noise.tail(after)) +
+                                             of_triangle * slope_size.tail(after + 1).sum());
     // Of the source a component shows as much as it takes in on the step.
     const double of_source = half_ * b_noise[j] / (std::abs(form.Slope(j, j)) + half_ * std::abs(form.triangle(j, j)));
     const double by_derivative = kLegendreDegree * kLegendreDegree / half_ * (kUnit * c_size[j] + of_source);
-    if (by_equation <= by_derivative) {
-      slope.row(j) = b.row(j) + of_states * c.bottomRows(after + 1) - of_slopes * slope.bottomRows(after);
-      slope.row(j) *= scalars_[j].over_slope;
-    } else {
-      slope.row(j) = c.row(j) * (1 / half_ * GetLegendreBasis().derivative);
-    }
     noise[j] = std::min(by_equation, by_derivative);
+    if (by_equation <= by_derivative) continue;
+    slope.row(j) = c.row(j) * (1 / half_ * GetLegendreBasis().derivative);
     slope_size[j] = slope.row(j).cwiseAbs().sum();
   }
   solution.slope = States(slope);
@@ -274,15 +290,7 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   solution.uncertainty = Vector::Zero(start.size());
   const Vector given_to_rows = integral.rightCols(K).cwiseAbs().rowwise().sum();
   for (int correction = 0; correction < kMaxCorrections; ++correction) {
-    LegendreSeries missing = integral + half_ * Integral<LegendreSeries>(mode_->F * x);
-    if (is_explicit) {
-      missing -= x;
-    } else {
-      missing -= mode_->E * x;
-    }
-    Vector at_start = x.col(0);
-    for (Index k = 1; k <= K; ++k) at_start += (k % 2 ? -1 : 1) * x.col(k);
-    missing.col(0) = start - at_start;
+    const LegendreSeries missing = Missing(x, integral, start);
     const Vector size = x.cwiseAbs().rowwise().sum();
     const Vector of_states = kRounding * (start.cwiseAbs() + size);
     const Vector of_rows = kRounding * (given_to_rows + (is_explicit ? size : Vector(mode_->E_terms * size)) +
@@ -310,7 +318,14 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   solution.layer_parts = LayersOf(c, last_of_source, OfRounding::kNot);
   solution.layer = (mode_->form.vectors * solution.layer_parts).real();
   for (const Index i : unreached) solution.layer[i] = 0;
+  const LegendreSeries with_layer = x;
   Subtract(solution.layer, x);
+  solution.last_noise = Vector::Zero(start.size());
+  constexpr double kNegligible = 2 * kRounding;
+  if ((RowMaxAbs(x.rightCols<2>()).array() > kNegligible * x.cwiseAbs().rowwise().sum().array()).any()) {
+    const LegendreSeries change = States(SolveIntegrated(Missing(with_layer, integral, start)));
+    solution.last_noise = RowMaxAbs(change.rightCols<4>());
+  }
   solution.x = std::move(x);
   if (!is_explicit) {
     Subtract(LayersOf(c, last_of_source, OfRounding::kToo), c);

@@ -44,6 +44,9 @@ class ModeStepper {
     Eigen::VectorXcd layer_parts;  // ... and of each component of the triangular form.
     // The size of the last correction, where a further one would still have changed the solution; mostly zero.
     Vector uncertainty;
+    // The rounding error of the last coefficients of x, as one more correction shows it. Zero where they are no more
+    // than rounding of x, if no other row has larger ones.
+    Vector last_noise;
   };
   // The step from `start` with the source b = `source`, whose coefficients have rounding errors of the size
   // `source_noise`.
@@ -81,6 +84,9 @@ class ModeStepper {
   // The same for states and equations: column 0 of `integral` belongs to the states, the others to the equations.
   ComplexSeries SolveIntegrated(const LegendreSeries& integral) const;
   LegendreSeries States(const ComplexSeries& c) const;
+  // The residual of `x` in the integrated equations, and in column 0 what it misses of `start`.
+  LegendreSeries Missing(const LegendreSeries& x, const LegendreSeries& integral,
+                         const Eigen::Ref<const Vector>& start) const;
   // The states that stay zero: they start there, and nothing moves them.
   std::vector<Index> UnreachedStates(const Vector& start, const LegendreSeries& source) const;
 

@@ -20,6 +20,8 @@ constexpr double kRounding = 64 * kUnit;
 constexpr double kRoundingOfValues = 16 * kUnit;
 // The part of that which one coefficient may hold.
 constexpr double kOfCoefficient = 1.0 / 8;
+// The rounding error of a coefficient is less than so many times what one more correction changes.
+constexpr double kOfShown = 8;
 // A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the step: where
 // modes accumulate, all sizes are small. A smaller violation is a negligible error.
 constexpr double kLevelPart = 1e-6;
@@ -173,7 +175,10 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   step.x_rounding = kRounding * x_size + RowMaxAbs(answers.leftCols(kAnswers));
   step.rounding_at_end = answers(Eigen::all, Eigen::seqN(kAnswers - 1, 2, kAnswers));
   step.x_noise = (stiffness.array() > kForgets).select(step.x_rounding + magnitudes.x_noise, step.x_rounding);
-  const Vector x_coefficients = kOfCoefficient * step.x_noise.cwiseProduct(stiffness.cwiseMax(1));
+  Vector x_coefficients = kOfCoefficient * step.x_noise.cwiseProduct(stiffness.cwiseMax(1));
+  // That is an upper bound, with which a stiff row may hide a boundary layer: what rounding there is shows.
+  const Vector shown = kOfShown * (kUnit * x_size + solution.last_noise) + magnitudes.x_noise;
+  x_coefficients = (stiffness.array() > kForgets).select(x_coefficients.cwiseMin(shown), x_coefficients);
   step.x_tail = EstimateTail(step.x, x_coefficients);
   step.x_error = step.x_tail + solution.uncertainty;
   if ((step.row_error.array() != 0).any()) {
@@ -202,6 +207,12 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   if (gap) {
     const Vector slope = mode.guard.slope.size() > 0 ? AbsTimes(mode.dynamics, gap->x) : Vector();
     step.guard_level += Size(mode.guard, gap->x, slope, gap->f, gap->g);
+  }
+  // A guard that a layer lifts from zero: at the start the polynomials already are what follows the layer.
+  const Vector at_start = step.guard * LegendreValues(-1),
+               with_layer = at_start + 2 * mode.guard.state * solution.layer;
+  for (Index i = 0; i < at_start.size(); ++i) {
+    if (at_start[i] < -step.guard_level[i] && with_layer[i] >= -step.guard_level[i]) step.guard_level[i] -= at_start[i];
   }
   return step;
 }

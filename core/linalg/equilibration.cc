@@ -147,6 +147,23 @@ Vector Rounded(const Vector& exponents) {
 
 double FiniteOrZero(double exponent) { return exponent == kNoEntry ? 0 : exponent; }
 
+// Moves the exponents of each row, then those of each column, to mean zero, a few times, and adds these changes to
+// `row` and `column`. A tree may start from an entry that is tiny beside all others.
+void CenterExponents(Matrix& exponents, Vector& row, Vector& column) {
+  constexpr int kSweeps = 6;
+  const Matrix has_entry = (exponents.array() != kNoEntry).cast<double>();
+  const Vector in_row = has_entry.rowwise().sum().cwiseMax(1), in_column = has_entry.colwise().sum().cwiseMax(1);
+  const auto entries = [&] { return (exponents.array() == kNoEntry).select(0, exponents); };
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    const Vector of_rows = entries().rowwise().sum().cwiseQuotient(in_row);
+    exponents.colwise() -= of_rows;
+    row -= of_rows;
+    const Vector of_columns = entries().colwise().sum().transpose().cwiseQuotient(in_column);
+    exponents.rowwise() -= of_columns.transpose();
+    column -= of_columns;
+  }
+}
+
 }  // namespace
 
 Vector SymmetricEquilibration(const Matrix& M) {
@@ -167,11 +184,12 @@ Equilibration EquilibrateRowsAndColumns(const Matrix& M) {
   const Index rows = M.rows(), columns = M.cols();
   if (rows == 0 || columns == 0) return {Vector::Ones(rows), Vector::Ones(columns)};
   Matrix exponents = BinaryExponents(M);
-  const Tree start(exponents);
-  exponents.colwise() += start.row();
-  exponents.rowwise() += start.column().transpose();
-  Vector row = Vector::Zero(rows), column = Vector::Zero(columns);
-  Vector of_rows(rows), of_columns(columns);
+  const Tree tree(exponents);
+  exponents.colwise() += tree.row();
+  exponents.rowwise() += tree.column().transpose();
+  Vector start_row = Vector::Zero(rows), start_column = Vector::Zero(columns);
+  CenterExponents(exponents, start_row, start_column);
+  Vector row = Vector::Zero(rows), column = Vector::Zero(columns), of_rows(rows), of_columns(columns);
   for (int round = 0; round < kRounds; ++round) {
     of_rows.setConstant(kNoEntry);
     for (Index j = 0; j < columns; ++j) {
@@ -183,7 +201,8 @@ Equilibration EquilibrateRowsAndColumns(const Matrix& M) {
     row -= of_rows / 2;
     column -= of_columns / 2;
   }
-  return {PowersOfTwo(start.row() + Rounded(row)), PowersOfTwo(start.column() + Rounded(column))};
+  return {PowersOfTwo(tree.row() + Rounded(start_row + row)),
+          PowersOfTwo(tree.column() + Rounded(start_column + column))};
 }
 
 Matrix Scaled(const Matrix& M, const Equilibration& scale) {

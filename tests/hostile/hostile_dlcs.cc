@@ -115,8 +115,8 @@ struct Tally {
 };
 
 void Print(uint64_t seed, const System& system, const Asked& asked, const Trial& trial) {
-  std::printf("%llu %s %s: error %.1e of %s", static_cast<unsigned long long>(seed), Text(asked).c_str(),
-              Name(trial.judgment), trial.error.value_or(NAN), trial.component.c_str());
+  std::printf("%llu %s %s: error %.1e of %s at t = %.4g", static_cast<unsigned long long>(seed), Text(asked).c_str(),
+              Name(trial.judgment), trial.error.value_or(NAN), trial.component.c_str(), trial.time);
   if (trial.figure) std::printf(", figure %.1e", *trial.figure);
   if (trial.condition) std::printf(", condition %.1e", *trial.condition);
   std::printf(", %.2f s | m = %d, n = %d, %s | %.300s\n", trial.seconds, system.num_states(), system.num_pairs(),

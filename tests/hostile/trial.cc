@@ -65,6 +65,7 @@ void Compare(const std::string& name, const Matrix& values, const Solution& solu
       if (!(relative <= *trial.error)) {
         trial.error = relative;
         trial.component = name + std::to_string(i + 1);
+        trial.time = times[k];
       }
     }
   }

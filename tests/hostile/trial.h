@@ -33,6 +33,7 @@ struct Trial {
   // of x.
   std::optional<double> error;
   std::string component;            // that it belongs to: "x1"
+  double time = 0;                  // where it is
   std::optional<double> figure;     // what the engine says of it, in the same measure
   std::optional<double> condition;  // where it was looked at
   double seconds = 0;

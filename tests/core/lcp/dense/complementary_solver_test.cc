@@ -50,6 +50,26 @@ TEST(ComplementarySolverTest, WarmStartsWithWrongGuessesEqualColdStarts) {
   }
 }
 
+// Steps of length h with skew M have M + h N B. Where a diagonal entry of size h counts as much as the others, the
+// basis {0, 1, 2} looks singular.
+TEST(ComplementarySolverTest, TinyDiagonalsBesideLargeEntries) {
+  constexpr double h = 0x1p-31;
+  Matrix M(4, 4), NB(4, 4);
+  M << 0, 0.5, 2, -0.5, -0.5, 0, 0, -1.5, -2, 0, 0, 1, 0.5, 1.5, -1, 0;
+  NB << 4.25, -0.5, -1.75, 1, -0.5, 1.25, 1, -0.25, -1.75, 1, 1.25, -0.5, 1, -0.25, -0.5, 0.25;
+  const Matrix coupled = M + h * NB;
+  const Vector y{{1.5, 12, 0.25, 0}}, w{{0, 0, 0, 18}};
+  const Vector q = w - coupled * y;
+  ComplementarySolver solver(coupled, Known::kNothing);
+  for (const double tolerance : {0.0, 1e-14}) {
+    Basis basis(4, 0);
+    Vector found(4);
+    ASSERT_EQ(solver.Solve(q, Vector::Constant(4, tolerance), basis, found), LcpStatus::kSolved);
+    EXPECT_LE((found - y).lpNorm<Eigen::Infinity>(), 1e-4);
+    EXPECT_LE(LcpResidual(coupled, q, found), 1e-13);
+  }
+}
+
 // The bits of an answer depend on the arguments of the call alone, not on what the solver did before.
 TEST(ComplementarySolverTest, IsAPureFunctionOfItsArguments) {
   LcpGenerator generator(2);
