@@ -295,6 +295,16 @@ double EventDrivenLoop::ShortestMode() const {
   return std::max(std::clamp(kPartOfTime * t_, kPartOfTime * shortest, shortest), kRoundingOfTime * t_);
 }
 
+// Whether a mode that was proposed here ends at a guard that starts at zero and falls at once: only its level lets it
+// last. Another proposal is better, of the first ones that are made of shorter steps.
+bool EventDrivenLoop::FallsFromZero(const ModeEnd& mode_end) const {
+  constexpr int kShorterSteps = 3;
+  if (t_ != mode_begin_ || attempt_ > kShorterSteps) return false;
+  const LegendreVector series = step_.guard.row(mode_end.guard).transpose();
+  const double begin = series.dot(LegendreValues(-1)), level = step_.guard_level[mode_end.guard];
+  return begin < level / 16 && series.dot(LegendreValues((mode_end.s - 1) / 2)) < begin - level / 4;
+}
+
 double EventDrivenLoop::Share(double length) const { return std::max(length / problem_.horizon, kMinShare); }
 
 double EventDrivenLoop::StepLength(double end) const {
@@ -358,7 +368,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
       NanMax(step_.error_ratio, ErrorRatioBefore(mode_end->s, *mode_, step_, magnitudes_, tolerance_, Share(length)));
   if (!(step_.error_ratio <= 1) && again < length && again > Shortest(kShortestPart, 1)) return Shorten(again);
   search_.GuessAfter(*mode_, mode_end->guard);
-  if (lasted <= ShortestMode()) return GiveUpMode("no active set lasts");
+  if (lasted <= ShortestMode() || FallsFromZero(*mode_end)) return GiveUpMode("no active set lasts");
   Accept(t_ + lasted, mode_end->s);
   return EndMode(*mode_end, end);
 }

@@ -65,6 +65,7 @@ class EventDrivenLoop {
   double StepLength(double end) const;
   double Shortest(double part_of_horizon, double part_of_rate) const;
   double ShortestMode() const;
+  bool FallsFromZero(const ModeEnd& mode_end) const;
   double Share(double length) const;  // the part of the tolerance for a step of this length
 
   SolveContext& context_;

@@ -11,6 +11,7 @@
 
 #include "core/linalg/balance.h"
 #include "core/linalg/decompositions.h"
+#include "core/linalg/equilibration.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
 #include "core/linalg/panel_product.h"
@@ -24,37 +25,16 @@ constexpr double kSingular = 1e-12;
 
 double PowerOfTwo(double size) { return size > 0 && std::isfinite(size) ? std::ldexp(1.0, std::ilogb(size)) : 1.0; }
 
-// Powers of two that make the largest entries of the rows and columns of rows · matrix · columns nearly one: rows and
-// columns have units of their own. Where a row or column is zero, its scale is one.
-struct Equilibrium {
-  Vector rows;
-  Vector columns;
-};
-
-Equilibrium Equilibrate(const Matrix& matrix) {
-  constexpr int kRounds = 4;
-  // Rows of size one first: so the rest does not depend on their units.
-  Equilibrium scale{RowMaxAbs(matrix).unaryExpr([](double size) { return 1 / PowerOfTwo(size); }),
-                    Vector::Ones(matrix.cols())};
-  const auto root = [](double size) { return size > 0 ? std::exp2(-std::round(std::log2(size) / 2)) : 1.0; };
-  for (int round = 0; round < kRounds; ++round) {
-    const Matrix scaled = (scale.rows.asDiagonal() * matrix * scale.columns.asDiagonal()).cwiseAbs();
-    for (Index i = 0; i < scaled.rows(); ++i) scale.rows[i] *= root(scaled.row(i).maxCoeff());
-    for (Index j = 0; j < scaled.cols(); ++j) scale.columns[j] *= root(scaled.col(j).maxCoeff());
-  }
-  return scale;
-}
-
 // -matrix⁻¹, absent where it is singular to working precision, in units in which rows and columns are of size one.
 std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
   const Index size = matrix.rows();
   if (size == 0) return Matrix(0, 0);
-  const auto [rows, columns] = Equilibrate(matrix);
-  const Matrix scaled = rows.asDiagonal() * matrix * columns.asDiagonal();
+  const Equilibration scale = EquilibrateRowsAndColumns(matrix);
+  const Matrix scaled = Scaled(matrix, scale);
   Matrix inverse = PanelLu(scaled).Solve(Matrix::Identity(size, size));
   ClearStructuralZeros(scaled, inverse);
   if (!(InfinityNorm(scaled) * InfinityNorm(inverse) * kSingular < 1)) return std::nullopt;
-  return -(columns.asDiagonal() * inverse * rows.asDiagonal());
+  return -(scale.column.asDiagonal() * inverse * scale.row.asDiagonal());
 }
 
 // Columns S of an identity: selects, and puts back.
