@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/context/solve_context.h"
+#include "core/parallel/team.h"
 
 namespace dlcs {
 namespace {
@@ -113,7 +114,8 @@ bool Checkpointing::Resume(SolveContext& context, const CarryMethod& carry) {
 }
 
 void Checkpointing::Offer(SolveContext& context, double time, const CarryMethod& carry) {
-  if (!makes_ || !context.observer.WantsCheckpoint()) return;
+  // The clocks of a team differ.
+  if (!makes_ || !Team::Current().Any(context.observer.WantsCheckpoint())) return;
   const Index stands = std::max<Index>(context.recorder.recorded() - 1, 0);
   StateArchive state;
   std::vector<Index> fingerprint = Fingerprint(context);

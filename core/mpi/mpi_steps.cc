@@ -170,6 +170,64 @@ void Conclude(SolveContext& part, const Ownership& states, const Ownership& pair
   if (impulse <= whole.problem.horizon) whole.first_impulse = impulse;
 }
 
+// Makes checkpoints of the whole from those of the ranks, which all make them at the same place, and passes on the
+// rest.
+class CheckpointsOfAll final : public Observer {
+ public:
+  CheckpointsOfAll(SolveContext& whole, IterativeAccount& account, const Ownership& states, const Ownership& pairs,
+                   MpiTeam& team)
+      : whole_(whole), account_(account), states_(states), pairs_(pairs), team_(team) {}
+
+  // Sets the whole to the state that it resumes from, if there is one, and `point` to that of the rows of this rank.
+  // Returns false if the state does not belong to this solve.
+  bool Resume(ResumePoint& point) {
+    if (!whole_.checkpointing.Resume(whole_, [this](StateArchive& state) { Carry(state); })) return false;
+    if (!whole_.checkpointing.resumes()) return true;
+    const auto rank = static_cast<std::size_t>(team_.rank());
+    if (parts_.size() != static_cast<std::size_t>(team_.size())) {
+      return whole_.Fail(Termination::kUnsupported, 0, "The checkpoint is one of another number of ranks.");
+    }
+    point.state = std::move(parts_[rank]);
+    parts_.clear();
+    const Index recorded = whole_.recorder.recorded();
+    point.x = whole_.solution.x.leftCols(recorded)(states_.rows(team_.rank()), Eigen::all);
+    point.y = whole_.solution.y.leftCols(recorded)(pairs_.rows(team_.rank()), Eigen::all);
+    point.w = whole_.solution.w.leftCols(recorded)(pairs_.rows(team_.rank()), Eigen::all);
+    return true;
+  }
+
+  void MakeFrom(const SolveContext& part) { part_ = &part; }
+
+  void OnWindowStarted(const WindowReport& report) override { whole_.observer.OnWindowStarted(report); }
+  void OnWindowFinished(const WindowOutcome& outcome) override { whole_.observer.OnWindowFinished(outcome); }
+  bool WantsCheckpoint() override { return whole_.observer.WantsCheckpoint(); }
+  void OnCheckpoint(const Checkpoint& part) override {
+    const Index recorded = part_->recorder.recorded(), count = recorded - part.first;  // the last may still change
+    Solution& solution = whole_.solution;
+    std::copy_n(part.solution.times.begin() + part.first, count, solution.times.begin() + part.first);
+    solution.x.middleCols(part.first, count) = Collect(part.solution.x.middleCols(part.first, count), states_, team_);
+    solution.y.middleCols(part.first, count) = Collect(part.solution.y.middleCols(part.first, count), pairs_, team_);
+    solution.w.middleCols(part.first, count) = Collect(part.solution.w.middleCols(part.first, count), pairs_, team_);
+    solution.left_limits = CollectLeftLimits(part.solution, pairs_, team_);
+    whole_.recorder.ResumeFrom(recorded);
+    parts_ = team_.CollectTexts(part.state);
+    whole_.checkpointing.Offer(whole_, part.time, [this](StateArchive& state) { Carry(state); });
+    parts_.clear();
+  }
+
+ private:
+  void Carry(StateArchive& state) {
+    state(parts_, account_.linear_iterations, account_.set_changes, account_.direct_steps);
+  }
+
+  SolveContext& whole_;
+  IterativeAccount& account_;
+  const Ownership &states_, &pairs_;
+  MpiTeam& team_;
+  const SolveContext* part_ = nullptr;
+  std::vector<std::string> parts_;  // the state of each rank, while one of the whole is written or read
+};
+
 std::vector<Index> LocalRows(const std::vector<Index>& rows, const Ownership& owners, int rank) {
   std::vector<Index> local;
   for (const Index row : rows) {
@@ -198,8 +256,12 @@ bool MpiSteps::Take(SolveContext& context, SparseRule rule, IterativeAccount& ac
     most_states = std::max(most_states, states.count(rank));
     most_pairs = std::max(most_pairs, pairs.count(rank));
   }
+  CheckpointsOfAll checkpoints(context, account, states, pairs, team_);
+  ResumePoint point;
+  if (!checkpoints.Resume(point)) return false;
   Solution solution;
   solution.method = context.solution.method;
+  solution.propagator.used = context.solution.propagator.used;
   SolveContext of_rank{.problem = part,
                        .options = context.options,
                        .matrix_class = context.matrix_class,
@@ -207,13 +269,15 @@ bool MpiSteps::Take(SolveContext& context, SparseRule rule, IterativeAccount& ac
                        .grid = context.grid,
                        .sources = *std::move(sources),
                        .workers = context.workers,
-                       .observer = context.observer,
+                       .observer = checkpoints,
                        .stop = context.stop,
                        .recorder = Recorder(context.grid, part.num_states(), part.num_constraints(), solution),
                        .certificate = CertificateBuilder(part, team_),
                        .solution = solution,
                        .started = context.started,
+                       .checkpointing = Checkpointing(context.checkpointing.resumes() ? &point : nullptr, true),
                        .impulsive_rows = LocalRows(context.impulsive_rows, pairs, team_.rank())};
+  checkpoints.MakeFrom(of_rank);
   of_rank.distribution.emplace(SolveContext::Distribution{team_, most_states, most_pairs});
   const double tolerance = IterativeStep::ToleranceFor(context.options, context.grid.num_steps());
   const auto make_stepper = [&](double step, Progress& progress) {

@@ -2,6 +2,7 @@
 #include "core/mpi/mpi_team.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/mpi/mpi_steps.h"
 
@@ -18,12 +19,56 @@ void MpiTeam::Share(int owner, double* values, Index count) {
   for (Index begin = 0; begin < count; begin += kAtOnce) {
     MPI_Bcast(values + begin, static_cast<int>(std::min(kAtOnce, count - begin)), MPI_DOUBLE, owner, communicator_);
   }
+  Gather(0);  // for requests to stop
 }
 
 std::vector<double> MpiTeam::Gather(double value) {
-  std::vector<double> values(static_cast<std::size_t>(size_));
-  MPI_Allgather(&value, 1, MPI_DOUBLE, values.data(), 1, MPI_DOUBLE, communicator_);
+  struct Part {
+    double value, wants_stop;
+  };
+  constexpr int kNumbers = sizeof(Part) / sizeof(double);
+  const Part own = {value, wanted_.stop_requested() ? 1.0 : 0.0};
+  std::vector<Part> parts(static_cast<std::size_t>(size_));
+  MPI_Allgather(&own, kNumbers, MPI_DOUBLE, parts.data(), kNumbers, MPI_DOUBLE, communicator_);
+  std::vector<double> values;
+  values.reserve(parts.size());
+  for (const Part& part : parts) {
+    values.push_back(part.value);
+    if (part.wants_stop != 0) agreed_.request_stop();
+  }
   return values;
+}
+
+std::vector<std::string> MpiTeam::CollectTexts(const std::string& own) {
+  static constexpr std::size_t kAtOnce = std::size_t{1} << 30;  // counts of MPI are int
+  constexpr int kTag = 2;
+  const std::vector<double> sizes = Gather(static_cast<double>(own.size()));
+  const auto each_block = [](std::size_t size, const auto& body) {
+    for (std::size_t begin = 0; begin < size; begin += kAtOnce) {
+      body(begin, static_cast<int>(std::min(kAtOnce, size - begin)));
+    }
+  };
+  if (rank_ > 0) {
+    each_block(own.size(), [&](std::size_t begin, int count) {
+      MPI_Send(own.data() + begin, count, MPI_CHAR, 0, kTag, communicator_);
+    });
+    return {};
+  }
+  std::vector<std::string> texts = {own};
+  for (int from = 1; from < size_; ++from) {
+    std::string& text = texts.emplace_back();
+    text.resize(static_cast<std::size_t>(sizes[static_cast<std::size_t>(from)]));
+    each_block(text.size(), [&](std::size_t begin, int count) {
+      MPI_Recv(text.data() + begin, count, MPI_CHAR, from, kTag, communicator_, MPI_STATUS_IGNORE);
+    });
+  }
+  return texts;
+}
+
+std::stop_token MpiTeam::Agreed(std::stop_token own) {
+  wanted_ = std::move(own);
+  agreed_ = std::stop_source();
+  return agreed_.get_token();
 }
 
 }  // namespace dlcs

@@ -7,6 +7,8 @@
 #include <mpi.h>
 
 #include <memory>
+#include <stop_token>
+#include <string>
 #include <vector>
 
 #include "core/parallel/team.h"
@@ -22,13 +24,21 @@ class MpiTeam final : public Team {
   int size() const override { return size_; }
   void Share(int owner, double* values, Index count) override;
   std::vector<double> Gather(double value) override;
+  // A request to stop that all ranks see at the same place of their work: once `own` is requested in one of them, it is
+  // in all, from the next Share() or Gather() on.
+  std::stop_token Agreed(std::stop_token own);
   DistributedSteps* distributed_steps() override { return steps_.get(); }
+
+  // The text of each rank, by rank, on the first one; none on others.
+  std::vector<std::string> CollectTexts(const std::string& own);
 
   MPI_Comm communicator() const { return communicator_; }
 
  private:
   MPI_Comm communicator_;
   int rank_ = 0, size_ = 1;
+  std::stop_token wanted_;  // in this process
+  std::stop_source agreed_;
   std::unique_ptr<DistributedSteps> steps_;
 };
 

@@ -3,10 +3,13 @@
 
 #include <mpi.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdlib>
 #include <thread>
+#include <utility>
 
 #include "core/mpi/hypre_solver.h"
 #include "core/mpi/mpi_team.h"
@@ -54,6 +57,20 @@ std::string MpiWorld::WhyNot(int promised) const {
     }
   }
   return "";
+}
+
+std::stop_token MpiWorld::Agreed(std::stop_token own) { return impl_->team->Agreed(std::move(own)); }
+
+std::string MpiWorld::OfFirst(std::string text) {
+  auto size = static_cast<unsigned long long>(text.size());
+  MPI_Bcast(&size, 1, MPI_UNSIGNED_LONG_LONG, 0, impl_->end);
+  text.resize(size);
+  constexpr std::size_t kAtOnce = std::size_t{1} << 30;  // counts of MPI are int
+  for (std::size_t begin = 0; begin < text.size(); begin += kAtOnce) {
+    const auto count = static_cast<int>(std::min(kAtOnce, text.size() - begin));
+    MPI_Bcast(text.data() + begin, count, MPI_CHAR, 0, impl_->end);
+  }
+  return text;
 }
 
 int MpiWorld::RunTogether(const std::function<int()>& run, const std::function<void()>& explain) {

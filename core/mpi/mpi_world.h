@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 
 namespace dlcs {
@@ -25,6 +26,14 @@ class MpiWorld {
   // for none. A launcher that does not speak this MPI starts as many worlds of one rank as it was told to start ranks,
   // each of which would solve the whole problem: its variables tell.
   std::string WhyNot(int promised) const;
+
+  // A request to stop for a solve of all ranks: all see it at the same place of their work, once `own` is requested in
+  // one of them. That may be a while later: ranks that wait for nobody, as those that factor a matrix, do not see it.
+  // Called by all ranks.
+  std::stop_token Agreed(std::stop_token own);
+
+  // The text of the first rank, on all. Called by all ranks.
+  std::string OfFirst(std::string text);
 
   // Calls `run` with all ranks as the team of its solves, on every rank, and returns what it returned here. If it
   // returned another code than 0, as on a rank that cannot read a file, and does not return on the others within some

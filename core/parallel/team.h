@@ -16,7 +16,7 @@ class DistributedSteps;
 // dividing, each does a part of it, and all get the result. This class is a process alone; core/mpi has one with MPI.
 //
 // All functions but rank() and size() must be called by all processes, in the same order. So nothing may depend on the
-// clock of one of them: a team takes no requests to stop, and ends by ending the processes.
+// clock of one of them, or on when a request to stop reaches it: all must see the request at the same call.
 class Team {
  public:
   Team() = default;
