@@ -363,9 +363,9 @@ std::shared_ptr<JobRun> JobManager::Begin(Scheduler::Start& start) {
 
 JobEnd JobManager::Solve(JobRun& run) {
   if (run.job().attempts > options_.max_attempts) {
-    return {absl::InternalError(fmt::format(
-                "The job was started {} times without progress: each time its server crashed or was killed.",
-                options_.max_attempts)),
+    return {absl::InternalError(fmt::format("The job was started {} times without progress: each time its server, or "
+                                            "the ranks, crashed or were killed.",
+                                            options_.max_attempts)),
             ""};
   }
   for (milliseconds pause = kFirstPause; !run.stop().stop_requested(); WaitForStore(pause)) {
@@ -384,6 +384,9 @@ void JobManager::End(JobRun& run, const JobEnd& end) {
   if (run.is_shard() && end.status.ok()) {
     return Persist(run, [&] { return store_.FinishShard(run.lease(), end.shard); });
   }
+  if (absl::IsAborted(end.status)) {
+    return Persist(run, [&] { return run.Release(store_, true); });
+  }
   JobState state = end.status.ok() ? JobState::kSucceeded : JobState::kFailed;
   absl::Status error = end.status;
   if (absl::IsCancelled(end.status)) {
@@ -399,7 +402,7 @@ void JobManager::End(JobRun& run, const JobEnd& end) {
                                                            : "The deadline passed while the job was running.");
         break;
       case StopCause::kDrain:
-        return Persist(run, [&] { return run.Release(store_); });
+        return Persist(run, [&] { return run.Release(store_, false); });
       case StopCause::kLeaseLost:
         return Abandon(run);
     }

@@ -37,6 +37,7 @@ namespace dlcs::jobs {
 //   CANCELLED    it was stopped; the new state of the job depends on the cause;
 //   UNAVAILABLE  it could not read its data from the store, and has emitted nothing yet: it is called again until it
 //                can or is stopped;
+//   ABORTED      processes that it needs broke down: QUEUED again, for an attempt that may succeed;
 //   any other    FAILED.
 // `summary` is the payload of the last event, if there is one.
 struct JobEnd {

@@ -118,12 +118,12 @@ absl::Status JobRun::Finish(JobStore& store, JobState state, const absl::Status&
   return absl::OkStatus();
 }
 
-absl::Status JobRun::Release(JobStore& store) {
-  if (is_shard()) return store.Release(job_.lease, 0);
+absl::Status JobRun::Release(JobStore& store, bool in_vain) {
+  if (is_shard()) return store.Release(job_.lease, 0, in_vain);
   if (absl::Status status = Write(store); !status.ok()) return status;
   const std::lock_guard write_lock(write_mutex_);
   const std::int64_t last = log_->last_sequence();
-  if (absl::Status status = store.Release(job_.lease, last); !status.ok()) return status;
+  if (absl::Status status = store.Release(job_.lease, last, in_vain); !status.ok()) return status;
   // The store writes the event QUEUED, with the next number.
   log_->AdvanceArchive(last + 1, false);
   return absl::OkStatus();

@@ -82,8 +82,8 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
   absl::Status Write(JobStore& store);
   // Calls Write() until nothing is left, then ends the job with the given state and its final events.
   absl::Status Finish(JobStore& store, JobState state, const absl::Status& error, const std::string& summary);
-  // The same, but releases the job so that another attempt can resume it.
-  absl::Status Release(JobStore& store);
+  // The same, but releases the job so that another attempt can resume it; `in_vain` as in JobStore.
+  absl::Status Release(JobStore& store, bool in_vain);
 
   const Job& job() const { return job_.job; }
   const Lease& lease() const { return job_.lease; }

@@ -184,8 +184,8 @@ class JobStore {
   // shard the ensemble has SUCCEEDED. Errors: ABORTED also where it is repeated: the result is in the store then.
   virtual absl::Status FinishShard(const Lease& lease, const ShardResult& result) = 0;
   // Releases the job, or the shard, so that any worker can resume it: QUEUED, or still CANCELLING. `through` is the
-  // last event number used; a shard uses none.
-  virtual absl::Status Release(const Lease& lease, std::int64_t through) = 0;
+  // last event number used; a shard uses none. `in_vain`: the attempt broke down, and counts as one without progress.
+  virtual absl::Status Release(const Lease& lease, std::int64_t through, bool in_vain) = 0;
 
   // The durable events after `after`, in order, at most `limit`.
   virtual absl::StatusOr<std::vector<Event>> ReadEvents(const JobId& id, std::int64_t after, int limit) = 0;

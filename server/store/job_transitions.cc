@@ -314,19 +314,19 @@ absl::Status FinishShardOfJob(JobTable& table, const Lease& lease, const ShardRe
   return absl::OkStatus();
 }
 
-absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t through) {
+absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t through, bool in_vain) {
   if (lease.shard.has_value()) {
     absl::StatusOr<HeldShard> held = HeldShardOf(table, lease);
     if (!held.ok()) return held.status();
     held->shard.lease_until = {};
-    held->shard.attempts = 0;
+    if (!in_vain) held->shard.attempts = 0;
     table.SaveShard(held->row.number, held->shard);
     return absl::OkStatus();
   }
   absl::StatusOr<JobRow> row = HeldAndRunning(table, lease);
   if (!row.ok()) return row.status();
   row->job.sequence = through;
-  row->job.attempts = 0;
+  if (!in_vain) row->job.attempts = 0;
   row->lease_until = {};
   if (row->job.state == JobState::kRunning) EnterState(table, *row, JobState::kQueued);
   table.Save(*row);

@@ -32,7 +32,7 @@ absl::StatusOr<bool> RenewLeaseOfJob(JobTable& table, const Lease& lease, Durati
 absl::Status AppendToJob(JobTable& table, const Lease& lease, const Progress& progress);
 absl::Status FinishJob(JobTable& table, const Lease& lease, const Outcome& outcome);
 absl::Status FinishShardOfJob(JobTable& table, const Lease& lease, const ShardResult& result);
-absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t through);
+absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t through, bool in_vain);
 
 // The job of `row`, if it exists and `owner` may see it.
 absl::StatusOr<Job> VisibleJob(const std::optional<JobRow>& row, const std::optional<std::string>& owner,

@@ -61,8 +61,8 @@ class SqlStore : public Store {
     return Told(JobChange::What::kEvents, lease.job,
                 Write([&](Table& table) { return FinishShardOfJob(table, lease, result); }));
   }
-  absl::Status Release(const Lease& lease, std::int64_t through) final {
-    absl::Status status = Write([&](Table& table) { return ReleaseJob(table, lease, through); });
+  absl::Status Release(const Lease& lease, std::int64_t through, bool in_vain) final {
+    absl::Status status = Write([&](Table& table) { return ReleaseJob(table, lease, through, in_vain); });
     if (status.ok()) Tell(JobChange::What::kClaimable, lease.job);
     return Told(JobChange::What::kEvents, lease.job, std::move(status));
   }

@@ -19,6 +19,7 @@ using std::chrono::steady_clock;
 
 const char* OutcomeOf(const absl::Status& status, jobs::StopCause cause) {
   if (status.ok()) return "succeeded";
+  if (absl::IsAborted(status)) return "interrupted";
   if (!absl::IsCancelled(status)) return "failed";
   switch (cause) {
     case jobs::StopCause::kNone:

@@ -42,13 +42,18 @@ inline std::string Trajectory(JobStore& store, const JobId& id) {
 }
 
 // "windows iterates microseconds-per-iterate", or "throw", or "wait" for until it is stopped, or "unreachable" for a
-// store that cannot be read by the first two calls of all.
+// store that cannot be read by the first two calls of all, or "break down", always or "twice".
 inline JobEnd FakeSolve(JobRun& run) {
   if (run.body() == "throw") throw std::runtime_error("the engine broke");
   if (run.body() == "unreachable") {
     static std::atomic<int> calls{0};
     return {++calls < 3 ? absl::UnavailableError("no store") : absl::OkStatus(), "solved"};
   }
+  if (run.body() == "break down twice") {
+    if (run.job().attempts < 3) return {absl::AbortedError("a process that it needs is gone"), ""};
+    return {absl::OkStatus(), "solved"};
+  }
+  if (run.body() == "break down") return {absl::AbortedError("a process that it needs is gone"), ""};
   if (run.body() == "fail") return {absl::InvalidArgumentError("no such problem"), ""};
   std::int64_t windows = 0, iterates = 0, pause_us = 0;
   std::istringstream(run.body()) >> windows >> iterates >> pause_us;

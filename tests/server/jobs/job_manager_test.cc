@@ -317,6 +317,22 @@ TEST_F(JobManagerTest, AnAttemptThatCannotReadTheStoreIsNotTheLast) {
   EXPECT_EQ(StateOf(id), JobState::kSucceeded);
 }
 
+TEST_F(JobManagerTest, AnAttemptThatBreaksDownIsFollowedByAnother) {
+  JobManagerOptions options = Fast();
+  options.max_attempts = 3;
+  const auto manager = Start(options);
+  const JobId id = Submit(*manager, "break down twice");
+  JobFollower follower(*manager, id);
+  follower.Read();
+  EXPECT_THAT(follower.durable,
+              ElementsAre("QUEUED", "RUNNING", "QUEUED", "RUNNING", "QUEUED", "RUNNING", "SUCCEEDED", "solved"));
+  EXPECT_EQ(store_.Get("ada", id)->attempts, 3);
+  const Job hopeless = Wait(*manager, Submit(*manager, "break down"));
+  EXPECT_EQ(hopeless.state, JobState::kFailed);
+  EXPECT_EQ(hopeless.error.code(), absl::StatusCode::kInternal);
+  EXPECT_EQ(Wait(*manager, Submit(*manager, "1 1 1")).state, JobState::kSucceeded);
+}
+
 TEST_F(JobManagerTest, AnswersThatAreLostChangeNothing) {
   const auto manager = Start();
   const JobId id = Submit(*manager, "30 3 1000");

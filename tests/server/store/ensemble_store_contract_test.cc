@@ -125,7 +125,7 @@ TEST_P(JobStoreContractTest, AShardIsStoredOnceHoweverOftenItWasSolved) {
   // The first was taken for dead.
   EXPECT_TRUE(IsLost(store_.RenewLease(first.lease, 30s).status()));
   EXPECT_TRUE(IsLost(store_.FinishShard(first.lease, ResultOf(first))));
-  EXPECT_TRUE(IsLost(store_.Release(first.lease, 0)));
+  EXPECT_TRUE(IsLost(store_.Release(first.lease, 0, false)));
   EXPECT_TRUE(IsLost(store_.Finish(first.lease, SampleEnd(9, JobState::kFailed))));
   EXPECT_TRUE(store_.RenewLease(second.lease, 30s).ok());
   ASSERT_TRUE(store_.FinishShard(second.lease, ResultOf(second)).ok());
@@ -143,7 +143,7 @@ TEST_P(JobStoreContractTest, ALeaseOnAShardIsRenewedReleasedAndTakenBackAfterARe
   EXPECT_FALSE(*store_.RenewLease(first.lease, 30s));
   shared_->Advance(20s);
   EXPECT_FALSE(IsOpen(store_, id));
-  ASSERT_TRUE(store_.Release(first.lease, 0).ok());
+  ASSERT_TRUE(store_.Release(first.lease, 0, false).ok());
   EXPECT_TRUE(IsOpen(store_, id));
   const ClaimedJob again = ClaimShard(store_, id, "one");
   EXPECT_EQ(again.lease.shard, 0);

@@ -69,8 +69,8 @@ class FailingStore final : public JobStore {
   absl::Status FinishShard(const Lease& lease, const ShardResult& result) override {
     return Write([&] { return store_.FinishShard(lease, result); });
   }
-  absl::Status Release(const Lease& lease, std::int64_t through) override {
-    return Write([&] { return store_.Release(lease, through); });
+  absl::Status Release(const Lease& lease, std::int64_t through, bool in_vain) override {
+    return Write([&] { return store_.Release(lease, through, in_vain); });
   }
   absl::StatusOr<std::vector<Event>> ReadEvents(const JobId& id, std::int64_t after, int limit) override {
     return store_.ReadEvents(id, after, limit);

@@ -120,7 +120,7 @@ TEST_P(JobStoreContractTest, MeasuresWhatCanBeClaimed) {
   const ClaimedJob claimed = Claim(store_, first);
   depth = store_.MeasureQueue();
   EXPECT_EQ(depth->jobs, 1);
-  ASSERT_TRUE(store_.Release(claimed.lease, 9).ok());
+  ASSERT_TRUE(store_.Release(claimed.lease, 9, false).ok());
   depth = store_.MeasureQueue();
   EXPECT_EQ(depth->jobs, 2);
   EXPECT_GE(depth->oldest_age, age);  // of the job, not of its place in the queue
@@ -305,7 +305,7 @@ TEST_P(JobStoreContractTest, OneWorkerGetsAJobAndItsLeaseRunsOut) {
   EXPECT_EQ(CodeOf(store_.Append(first.lease, SampleWindow(1, 11))), absl::StatusCode::kAborted);
   EXPECT_EQ(CodeOf(store_.RenewLease(first.lease, 30s).status()), absl::StatusCode::kAborted);
   EXPECT_EQ(CodeOf(store_.Finish(first.lease, SampleEnd(12))), absl::StatusCode::kAborted);
-  EXPECT_EQ(CodeOf(store_.Release(first.lease, 12)), absl::StatusCode::kAborted);
+  EXPECT_EQ(CodeOf(store_.Release(first.lease, 12, false)), absl::StatusCode::kAborted);
   ASSERT_TRUE(shared_->other().Append(second.lease, SampleWindow(1, 4002)).ok());
   ASSERT_TRUE(shared_->other().Finish(second.lease, SampleEnd(4002)).ok());
   EXPECT_EQ(CodeOf(store_.Finish(first.lease, SampleEnd(12))), absl::StatusCode::kAborted);
@@ -375,13 +375,26 @@ TEST_P(JobStoreContractTest, AJobGivenBackGoesOnElsewhere) {
   const ClaimedJob first = Claim(store_, id, "one");
   ASSERT_TRUE(store_.Append(first.lease, SampleWindow(0, 10)).ok());
   ASSERT_TRUE(store_.Append(first.lease, {.chunks = {}, .state = {}, .events = {}, .reserve_through = 9000}).ok());
-  ASSERT_TRUE(store_.Release(first.lease, 15).ok());
+  ASSERT_TRUE(store_.Release(first.lease, 15, false).ok());
   EXPECT_EQ(store_.Get("ada", id)->state, JobState::kQueued);
   EXPECT_EQ(CodeOf(store_.Append(first.lease, SampleWindow(1, 16))), absl::StatusCode::kAborted);
   const ClaimedJob second = Claim(shared_->other(), id, "other");
   EXPECT_EQ(second.resume_state, "state 0");
   EXPECT_EQ(second.job.attempts, 1);
   EXPECT_THAT(EventsOf(store_, id), ElementsAre("1 QUEUED", "2 RUNNING", "10 window 0", "16 QUEUED", "17 RUNNING"));
+}
+
+TEST_P(JobStoreContractTest, AnAttemptInVainCounts) {
+  const JobId id = Submit(store_);
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    const ClaimedJob claimed = Claim(store_, id);
+    EXPECT_EQ(claimed.job.attempts, attempt);
+    ASSERT_TRUE(store_.Release(claimed.lease, claimed.job.sequence, true).ok());
+  }
+  const ClaimedJob moves = Claim(store_, id);
+  ASSERT_TRUE(store_.Append(moves.lease, SampleWindow(0, moves.job.sequence + 1)).ok());
+  ASSERT_TRUE(store_.Release(moves.lease, moves.job.sequence + 1, true).ok());
+  EXPECT_EQ(Claim(store_, id).job.attempts, 2);
 }
 
 TEST_P(JobStoreContractTest, CancelEndsAQueuedJobAndTellsTheWorkerOfARunningOne) {
@@ -410,7 +423,7 @@ TEST_P(JobStoreContractTest, ACancelSurvivesTheWorkerThatHeardIt) {
   EXPECT_EQ(Claim(store_, id, "one").job.state, JobState::kCancelling);
   ASSERT_TRUE(store_.ReleaseLeases("one").ok());
   const ClaimedJob third = Claim(store_, id, "one");
-  ASSERT_TRUE(store_.Release(third.lease, third.job.sequence).ok());
+  ASSERT_TRUE(store_.Release(third.lease, third.job.sequence, false).ok());
   EXPECT_EQ(store_.Get("ada", id)->state, JobState::kCancelling);
   EXPECT_TRUE(CanClaim(store_, id));
 }
