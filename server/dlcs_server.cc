@@ -30,6 +30,8 @@
 #include "server/rpc/problem_service.h"
 #include "server/rpc/solver_service.h"
 #include "server/rpc/unimplemented_service.h"
+#include "server/solve_jobs/job_limits.h"
+#include "server/solve_jobs/rank_launcher.h"
 #include "server/telemetry/metrics.h"
 #include "server/telemetry/monitoring_pages.h"
 #include "server/telemetry/rpc_telemetry.h"
@@ -308,6 +310,7 @@ void RunningServer::Stop(milliseconds delivery) {
 absl::Status DlcsServer::Check(const ServerConfig& config) {
   if (absl::Status valid = Validate(config); !valid.ok()) return valid;
   if (absl::Status encrypted = CheckEncryption(config); !encrypted.ok()) return encrypted;
+  if (absl::Status ranks = CheckRankSettings(RankSettingsOf(config)); !ranks.ok()) return ranks;
   return Access::Check(config.access);
 }
 
@@ -317,11 +320,17 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   if (!address.ok()) return address.status();
   if (absl::Status can_listen = CheckCanListen(*address); !can_listen.ok()) return can_listen;
   if (absl::Status encrypted = CheckEncryption(config); !encrypted.ok()) return encrypted;
+  if (absl::Status ranks = CheckRankSettings(RankSettingsOf(config)); !ranks.ok()) return ranks;
   absl::StatusOr<std::unique_ptr<Access>> access = Access::Open(config.access);
   if (!access.ok()) return access.status();
   if (config.access.insecure_listen && !IsLoopback(*address)) {
     spdlog::warn("--insecure-listen: requests and results{} are sent on {} without encryption",
                  config.access.tokens.empty() ? "" : ", and the tokens of users,", ToString(*address));
+  }
+
+  if (!config.mpi_launcher.empty() && !IsLoopback({.host = config.mpi_host})) {
+    spdlog::warn("--mpi-host {}: problems and results go to and from ranks without encryption, as among the ranks",
+                 config.mpi_host);
   }
 
   InitializePlugins();

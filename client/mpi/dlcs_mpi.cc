@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dlcs-mpi: `dlcs solve` on the ranks of MPI.
+// dlcs-mpi: `dlcs solve` on the ranks of MPI, and the ranks of a job of dlcsd.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -16,11 +16,15 @@
 
 #include "client/cli/command_line.h"
 #include "client/cli/commands/command_support.h"
+#include "client/mpi/attend.h"
 #include "core/mpi/mpi_volume.h"
 #include "core/mpi/mpi_world.h"
 
 namespace dlcs::client {
 namespace {
+
+// The command that dlcsd gives to ranks that it starts.
+constexpr std::string_view kAttend = "attend";
 
 constexpr const char* kUsage =
     "Usage: mpirun -n RANKS dlcs-mpi [--ranks N] [--volume] solve PROBLEM [OPTION...]\n"
@@ -31,12 +35,15 @@ constexpr const char* kUsage =
     "  --volume   Say at the end what each rank has sent\n"
     "\n"
     "The ranks share the work of two propagators, --propagator contour (few pairs) and iterative-stepping\n"
-    "(many pairs, with --method time-stepping). `dlcs solve --help` lists the options.\n";
+    "(many pairs, with --method time-stepping). `dlcs solve --help` lists the options.\n"
+    "\n"
+    "`dlcs-mpi attend` is what dlcsd --mpi-launcher has started; it finds its worker in the environment.\n";
 
 struct Arguments {
   int ranks = 0;  // promised; 0: none
   bool volume = false;
   bool help = false;
+  bool attends = false;               // a worker of dlcsd
   std::vector<const char*> of_solve;  // argv of dlcs
   std::string error;
 };
@@ -74,7 +81,8 @@ Arguments Read(int argc, char** argv) {
   }
   if (!arguments.error.empty()) return arguments;
   if (k == argc && !arguments.help) arguments.error = "give a command: dlcs-mpi solve PROBLEM";
-  if (k < argc && std::string_view(argv[k]) != "solve") {
+  arguments.attends = k < argc && std::string_view(argv[k]) == kAttend;
+  if (k < argc && !arguments.attends && std::string_view(argv[k]) != "solve") {
     arguments.error = fmt::format("{}: no command of dlcs-mpi; it has solve, and dlcs has the others", argv[k]);
   }
   arguments.of_solve.insert(arguments.of_solve.end(), argv + k, argv + argc);
@@ -86,6 +94,7 @@ std::string WhyNot(const SolveCommand& command) {
   if (!command.server.address.empty()) {
     return "a solve on a server is not one of these ranks; leave out --server, and unset DLCS_SERVER";
   }
+  if (command.options.ranks() != 0) return "--ranks: stands before the command here, dlcs-mpi --ranks N solve";
   if (command.problem_path == "-") return "standard input reaches one rank only; give a file that all ranks can read";
   if (command.deadline_s != SolveCommand().deadline_s) {
     return "--deadline: the clocks of ranks differ; the launcher has a limit, mpirun --timeout SECONDS";
@@ -151,9 +160,10 @@ class Voice {
   std::FILE* own_ = nullptr;
 };
 
-int SolveOrSay(const Arguments& arguments, bool is_first) {
+template <typename Work>
+int OrSay(const Work& work) {
   try {
-    return Solve(arguments, is_first);
+    return work();
   } catch (const std::bad_alloc&) {
     return PrintError(absl::ResourceExhaustedError("out of memory; ask for fewer output times"), kServiceFailed);
   } catch (const std::exception& error) {
@@ -161,8 +171,14 @@ int SolveOrSay(const Arguments& arguments, bool is_first) {
   }
 }
 
+int AttendOrSay(MpiWorld& world, int promised) {
+  const auto explain = [&] { fmt::print(stderr, "dlcs-mpi: rank {} failed where others did not\n", world.rank()); };
+  return world.RunTogether([&] { return OrSay([&] { return Attend(world, world.WhyNot(promised)); }); }, explain);
+}
+
 int RunOn(MpiWorld& world, const Arguments& arguments) {
   const bool is_first = world.rank() == 0;
+  if (arguments.attends && arguments.error.empty() && !arguments.help) return AttendOrSay(world, arguments.ranks);
   const Voice voice(is_first);
   if (arguments.help) {
     fmt::print("{}", kUsage);
@@ -175,7 +191,7 @@ int RunOn(MpiWorld& world, const Arguments& arguments) {
     fmt::print(voice.errors(), "dlcs-mpi: rank {} failed where others did not:\n", world.rank());
     voice.Tell();
   };
-  const int code = world.RunTogether([&] { return SolveOrSay(arguments, is_first); }, explain);
+  const int code = world.RunTogether([&] { return OrSay([&] { return Solve(arguments, is_first); }); }, explain);
   const MpiVolume& volume = VolumeOfMpi();
   if (code == kSolved && world.size() > 1 && volume.messages + volume.broadcasts == 0) {
     PrintNotice(

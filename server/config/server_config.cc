@@ -69,6 +69,17 @@ absl::Status ValidateStore(const ServerConfig& config) {
   return absl::OkStatus();
 }
 
+absl::Status ValidateRanks(const ServerConfig& config) {
+  constexpr int kMostRanks = 1 << 20;
+  if (config.max_ranks < 0 || config.max_ranks > kMostRanks) {
+    return OutOfRange("--max-ranks", config.max_ranks, "between 0 (automatic) and 1048576");
+  }
+  if (config.max_ranks > 0 && config.mpi_launcher.empty() && config.role != "front") {
+    return OutOfRange("--max-ranks", config.max_ranks, "given with --mpi-launcher, which starts them; or to a front");
+  }
+  return absl::OkStatus();
+}
+
 absl::Status ValidateJobs(const ServerConfig& config) {
   const auto is_time = [](double seconds) { return seconds > 0 && seconds <= kLongest_s; };
   if (!(config.max_job_core_seconds > 0)) {
@@ -176,6 +187,7 @@ absl::Status Validate(const ServerConfig& config) {
   if (config.setup_cache_bytes < 0) return OutOfRange("--setup-cache-bytes", config.setup_cache_bytes, "at least 0");
   if (absl::Status status = ValidateStore(config); !status.ok()) return status;
   if (config.checkpoint_ms < 0) return OutOfRange("--checkpoint-ms", config.checkpoint_ms, "at least 0");
+  if (absl::Status status = ValidateRanks(config); !status.ok()) return status;
   if (absl::Status status = ValidateJobs(config); !status.ok()) return status;
   // gRPC keeps the limit in an int.
   if (config.max_message_bytes < 1 || config.max_message_bytes > std::numeric_limits<int>::max()) {
@@ -188,6 +200,7 @@ ServerConfig Resolved(ServerConfig config) {
   const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   if (config.max_concurrent_solves == 0) config.max_concurrent_solves = std::max(2, processors);
   if (config.threads == 0) config.threads = processors;
+  if (config.max_ranks == 0 && !config.mpi_launcher.empty()) config.max_ranks = processors;
   return config;
 }
 

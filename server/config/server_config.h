@@ -63,6 +63,16 @@ struct ServerConfig {
   std::int64_t lease_ms = 30'000;
   // A worker ends when there has been no job to claim for this long. 0: never.
   double exit_when_idle_s = 0;
+  // How this server starts the ranks of a job that asks for some, "mpirun -n {ranks}" (solve_jobs/rank_launcher.h);
+  // empty: it does not.
+  std::string mpi_launcher;
+  // What it starts.
+  std::string mpi_program = "dlcs-mpi";
+  // The name or address of this machine at which the first rank reaches it, on a port that is free. Not encrypted.
+  std::string mpi_host = "127.0.0.1";
+  // Most ranks of one job. 0 takes one per processor where there is a launcher, and otherwise none. A front, which has
+  // no launcher, admits jobs by it.
+  int max_ranks = 0;
   // The interval at which checkpoints of a running job are stored.
   std::int64_t checkpoint_ms = 1000;
 

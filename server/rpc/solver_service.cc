@@ -81,7 +81,7 @@ grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerCon
   response->set_max_concurrent_solves(config.max_concurrent_solves);
   response->set_threads(config.threads);
   if (jobs_ != nullptr) {
-    *response->mutable_jobs() = JobLimitsToProto(environment_.jobs->manager().options());
+    *response->mutable_jobs() = JobLimitsToProto(environment_.jobs->manager().options(), config.max_ranks);
     *response->mutable_uploads() = UploadLimitsToProto(config);
   }
   const SetupCache::Statistics setups = environment_.SetupStatistics();

@@ -159,6 +159,16 @@ double CountSteps(const NonlinearProblem& problem, const Options& options) {
 
 }  // namespace
 
+absl::Status CheckRanks(const v1::SolveOptions& options, int max_ranks) {
+  const int ranks = options.ranks();
+  if (ranks >= 0 && (ranks == 0 || max_ranks > 0)) return CheckLimit("max_ranks", ranks, max_ranks);
+  return InvalidRequest(
+      {{"options.ranks", fmt::format("{}; must be {}", ranks,
+                                     max_ranks > 0 ? "at least 0"
+                                                   : "0: processes of MPI share the jobs of a server with "
+                                                     "--mpi-launcher, and no ensembles nor other calls")}});
+}
+
 absl::Status CheckLimit(const char* name, double asked, std::int64_t limit) {
   if (asked <= static_cast<double>(limit)) return absl::OkStatus();
   return LimitExceeded(name, limit, static_cast<std::int64_t>(std::min(asked, 9e18)));
@@ -181,7 +191,8 @@ absl::StatusOr<SoundSystem> ParseAndValidate(const v1::NonlinearProblem& problem
 }
 
 absl::StatusOr<SoundEnsemble> ParseAndValidate(const v1::SolveEnsembleRequest& request, const SessionLimits& limits) {
-  absl::Status limit = CheckLimit("max_members", request.members_size(), limits.max_members);
+  absl::Status limit = CheckRanks(request.options(), 0);
+  limit.Update(CheckLimit("max_members", request.members_size(), limits.max_members));
   limit.Update(CheckShapes(request.problem(), limits));
   for (const v1::EnsembleMember& member : request.members()) limit.Update(CheckShapes(member, limits));
   if (!limit.ok()) return limit;

@@ -37,10 +37,15 @@ struct SessionLimits {
   double max_memory_bytes = 0;
   int max_threads = 0;                                                  // 0: all of the machine
   std::int64_t max_members = std::numeric_limits<std::int64_t>::max();  // of one ensemble
+  int max_ranks = 0;                                                    // processes of MPI for one solve; 0: none
 };
 
 // OK, or ResourceExhausted naming the limit.
 absl::Status CheckLimit(const char* name, double asked, std::int64_t limit);
+
+// OK if `options` asks for at most `max_ranks` processes of MPI. Errors: InvalidArgument where it asks for some and
+// there are none, or for less than none; ResourceExhausted naming the limit.
+absl::Status CheckRanks(const v1::SolveOptions& options, int max_ranks);
 
 struct SoundSystem {
   std::variant<Problem, NonlinearProblem> system;

@@ -133,6 +133,7 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
   if (request.system_case() == v1::SolveRequest::SYSTEM_NOT_SET) {
     return InvalidRequest({{"problem", "is not set; one of problem, nonlinear and problem_name must be"}});
   }
+  if (absl::Status ranks = CheckRanks(request.options(), limits.max_ranks); !ranks.ok()) return ranks;
   absl::StatusOr<SoundSystem> sound = ReadSystem(request, limits);
   if (!sound.ok()) return sound.status();
   PreparedSolve prepared{std::move(sound->system), std::move(sound->options), 0, std::move(sound->names)};

@@ -12,7 +12,8 @@ namespace dlcs {
 JobBackend::JobBackend(const ServerConfig& config, Metrics& metrics, SetupCache* setups)
     : store_(jobs::OpenStore(config.store, metrics.StoreTimer())),
       library_(*store_, ToUploadLimits(config), ToSessionLimits(config)),
-      solver_(ToSessionLimits(config), setups, *store_, library_, std::chrono::milliseconds(config.checkpoint_ms)),
+      solver_(ToJobLimits(config), setups, *store_, library_, std::chrono::milliseconds(config.checkpoint_ms),
+              RankSettingsOf(config)),
       ensembles_(ToSessionLimits(config), setups, library_, metrics),
       manager_(
           ToJobManagerOptions(config), *store_,

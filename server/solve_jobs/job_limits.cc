@@ -64,6 +64,16 @@ jobs::JobManagerOptions ToJobManagerOptions(const ServerConfig& config) {
   return options;
 }
 
+RankSettings RankSettingsOf(const ServerConfig& config) {
+  return {.launcher = config.mpi_launcher, .program = config.mpi_program, .host = config.mpi_host};
+}
+
+SessionLimits ToJobLimits(const ServerConfig& config) {
+  SessionLimits limits = ToSessionLimits(config);
+  limits.max_ranks = config.max_ranks;
+  return limits;
+}
+
 UploadLimits ToUploadLimits(const ServerConfig& config) {
   return {
       .max_upload_bytes = config.max_upload_bytes,
@@ -71,7 +81,7 @@ UploadLimits ToUploadLimits(const ServerConfig& config) {
       .keep_unused = FromSeconds(config.keep_problems_s)};
 }
 
-v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options) {
+v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options, int max_ranks) {
   v1::JobLimits result;
   result.set_max_job_memory_bytes(options.limits.max_job_memory_bytes);
   result.set_max_job_core_seconds(options.limits.max_job_core_seconds);
@@ -85,6 +95,7 @@ v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options) {
   result.set_keep_finished_bytes(options.expiry.max_finished_bytes);
   *result.mutable_max_watch_interval() = ToProto(kMaxWatchInterval);
   *result.mutable_heartbeat_interval() = ToProto(jobs::EventWatchOptions().heartbeat);
+  result.set_max_ranks(max_ranks);
   return result;
 }
 

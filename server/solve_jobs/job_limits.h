@@ -7,7 +7,9 @@
 #include "dlcs/v1/solver.pb.h"
 #include "server/config/server_config.h"
 #include "server/jobs/job_manager.h"
+#include "server/session/request_check.h"
 #include "server/solve_jobs/problem_library.h"
+#include "server/solve_jobs/rank_launcher.h"
 
 namespace dlcs {
 
@@ -18,9 +20,12 @@ inline constexpr std::chrono::seconds kMaxWatchInterval{3600};
 // `config` is resolved.
 jobs::JobManagerOptions ToJobManagerOptions(const ServerConfig& config);
 UploadLimits ToUploadLimits(const ServerConfig& config);
+RankSettings RankSettingsOf(const ServerConfig& config);
+// ToSessionLimits() for a solve that runs as a job: it may ask for ranks.
+SessionLimits ToJobLimits(const ServerConfig& config);
 
 // The limits in the response of GetCapabilities.
-v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options);
+v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options, int max_ranks);
 v1::UploadLimits UploadLimitsToProto(const ServerConfig& config);
 
 }  // namespace dlcs

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <string>
+#include <utility>
 
 #include "absl/status/statusor.h"
 #include "server/jobs/job_manager.h"
@@ -13,6 +14,8 @@
 #include "server/session/request_check.h"
 #include "server/session/solve_session.h"
 #include "server/solve_jobs/problem_library.h"
+#include "server/solve_jobs/rank_launcher.h"
+#include "server/solve_jobs/solve_attempt.h"
 #include "server/store/job_store.h"
 
 namespace dlcs {
@@ -28,10 +31,16 @@ jobs::Demand PredictDemand(const PreparedSolve& prepared);
 class JobSolver {
  public:
   // A checkpoint is made if the engine offers one and `checkpoint_every` has passed since the last. `setups` may be
-  // null; all references must outlive it.
+  // null; all references must outlive it. `ranks`: how to start those of a job that asks for some; without a launcher,
+  // `limits` has none.
   JobSolver(const SessionLimits& limits, SetupCache* setups, jobs::JobStore& store, const ProblemLibrary& library,
-            std::chrono::milliseconds checkpoint_every)
-      : limits_(limits), setups_(setups), store_(store), library_(library), checkpoint_every_(checkpoint_every) {}
+            std::chrono::milliseconds checkpoint_every, RankSettings ranks)
+      : limits_(limits),
+        setups_(setups),
+        store_(store),
+        library_(library),
+        checkpoint_every_(checkpoint_every),
+        ranks_(std::move(ranks)) {}
 
   // The predicted demand of the job of `owner` with this body. Errors: as PrepareSolve().
   absl::StatusOr<jobs::Demand> Predict(const std::string& owner, const std::string& body) const;
@@ -40,11 +49,14 @@ class JobSolver {
   jobs::JobEnd Solve(jobs::JobRun& run) const;
 
  private:
+  absl::StatusOr<EarlierAttempts> ReadEarlier(const jobs::JobRun& run, const PreparedSolve& prepared) const;
+
   const SessionLimits limits_;
   SetupCache* const setups_;
   jobs::JobStore& store_;
   const ProblemLibrary& library_;
   const std::chrono::milliseconds checkpoint_every_;
+  const RankSettings ranks_;
 };
 
 }  // namespace dlcs

@@ -223,6 +223,7 @@ TEST_F(JobAdmissionTest, LimitsAreTold) {
   EXPECT_EQ(limits.max_watch_interval().seconds(), 3600);
   EXPECT_GT(limits.heartbeat_interval().seconds(), 0);
   EXPECT_LE(limits.heartbeat_interval().seconds(), 15);
+  EXPECT_EQ(limits.max_ranks(), 0);  // no launcher
 }
 
 TEST_F(JobAdmissionTest, WhatHasEndedIsForgottenInTime) {
