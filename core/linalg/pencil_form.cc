@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "core/linalg/balance.h"
 #include "core/linalg/decompositions.h"
@@ -42,6 +43,22 @@ Shifted ChooseShift(const Matrix& E, const Matrix& F, double duration) {
   return best;
 }
 
+// Joins the blocks, in [begins[b], begins[b + 1]), that `rows` have entries in, and those between them. Returns the
+// joined block, or -1 if there are no entries.
+Index JoinBlocksOf(const Matrix& rows, std::vector<Index>& begins) {
+  const auto has_entry = [&](Index b) {
+    return (rows.middleCols(begins[b], begins[b + 1] - begins[b]).array() != 0).any();
+  };
+  Index first = -1, last = -1;
+  for (Index b = 0; b + 1 < static_cast<Index>(begins.size()); ++b) {
+    if (!has_entry(b)) continue;
+    if (first < 0) first = b;
+    last = b;
+  }
+  if (first >= 0) begins.erase(begins.begin() + first + 1, begins.begin() + last + 1);
+  return first;
+}
+
 }  // namespace
 
 std::optional<PencilForm> ComputeExplicitForm(const Matrix& A, double duration) {
@@ -54,7 +71,7 @@ std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, In
                                             double duration) {
   constexpr double kRounding = std::numeric_limits<double>::epsilon() / 2;
   if (!E.allFinite() || !F.allFinite()) return std::nullopt;
-  const Index m = E.rows(), rest = m - num_algebraic;
+  const Index m = E.rows();
   Matrix E_in_units = E * units.asDiagonal(), F_in_units = F * units.asDiagonal();
   const Shifted shifted = ChooseShift(E_in_units, F_in_units, duration);
   if (!(shifted.condition > 0)) return std::nullopt;
@@ -64,43 +81,58 @@ std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, In
   // Balanced without differences that are only the rounding of their terms: a coupling of 1e-30 between two blocks is
   // scaled to the size of the blocks, which makes vectors without a digit.
   const Matrix terms = inverse_in_units.cwiseAbs() * E_in_units.cwiseAbs();
-  const BalancedMatrix balanced = Balance((G.array().abs() <= kRounding * terms.array()).select(0, G));
+  BalancedMatrix balanced = Balance((G.array().abs() <= kRounding * terms.array()).select(0, G));
+  const std::vector<Index>& order = balanced.order;
+  const Matrix algebraic = F.bottomRows(num_algebraic)(Eigen::all, order);
+  const Index constrained = JoinBlocksOf(algebraic, balanced.begins);
+  if (num_algebraic > 0 && constrained < 0) return std::nullopt;
   Vector further(m);
-  for (Index k = 0; k < m; ++k) further[balanced.order[k]] = std::ldexp(1.0, balanced.exponents[k]);
-  G = further.cwiseInverse().asDiagonal() * G * further.asDiagonal();
-  const Vector scale = units.cwiseProduct(further);
+  for (Index k = 0; k < m; ++k) further[k] = std::ldexp(1.0, balanced.exponents[k]);
+  const Vector scale = units(order).cwiseProduct(further);
+  G = InUnitsOf(balanced, G);
 
-  // Orthogonal coordinates, the last ones along the algebraic rows.
-  Matrix Q = Matrix::Identity(m, m), of_algebraic(num_algebraic, num_algebraic);
+  // Unitary coordinates of each block; in that of the algebraic rows the last ones are along these rows.
+  Eigen::MatrixXcd U = Eigen::MatrixXcd::Zero(m, m);
+  Matrix of_algebraic(num_algebraic, num_algebraic);
   Vector size_of_algebraic(num_algebraic);
-  if (num_algebraic > 0) {
-    const Matrix rows = F.bottomRows(num_algebraic) * scale.asDiagonal();
-    const Vector sizes = RowMaxAbs(rows).unaryExpr([](double size) { return 1 / PowerOfTwo(size); });
-    const Eigen::ColPivHouseholderQR<Matrix> qr(rows.transpose() * sizes.asDiagonal());
-    const Matrix whole = qr.householderQ();
-    Q << whole.rightCols(rest), whole.leftCols(num_algebraic);
-    size_of_algebraic = sizes;
-    of_algebraic = sizes.asDiagonal() * (rows * Q.rightCols(num_algebraic));
-  }
-  const Matrix G_Q = Q.transpose() * G * Q;
-  Eigen::MatrixXcd U = Eigen::MatrixXcd::Identity(m, m);
-  PencilForm form;
-  form.slope_triangle = Eigen::MatrixXcd::Zero(m, m);
-  if (rest > 0) {
-    std::optional<SchurForm> schur = ComputeSchurForm(G_Q.topLeftCorner(rest, rest));
+  Index first_algebraic = m;
+  for (Index b = 0; b < balanced.num_blocks(); ++b) {
+    const Index begin = balanced.begins[b], size = balanced.size_of_block(b);
+    const auto range = Eigen::seqN(begin, size);
+    G.bottomRows(m - begin - size).middleCols(begin, size).setZero();
+    Index rest = size;
+    Matrix Q = Matrix::Identity(size, size);
+    if (b == constrained) {
+      rest = size - num_algebraic;
+      if (rest < 0) return std::nullopt;
+      first_algebraic = begin + rest;
+      const Matrix rows = algebraic(Eigen::all, range) * scale(range).asDiagonal();
+      size_of_algebraic = RowMaxAbs(rows).unaryExpr([](double entry) { return 1 / PowerOfTwo(entry); });
+      const Eigen::ColPivHouseholderQR<Matrix> qr(rows.transpose() * size_of_algebraic.asDiagonal());
+      const Matrix whole = qr.householderQ();
+      Q << whole.rightCols(rest), whole.leftCols(num_algebraic);
+      of_algebraic = size_of_algebraic.asDiagonal() * (rows * Q.rightCols(num_algebraic));
+    }
+    U(range, range) = Q.cast<std::complex<double>>();
+    if (rest == 0) continue;
+    const Matrix block = Q.transpose() * G(range, range) * Q;
+    std::optional<SchurForm> schur = ComputeSchurForm(block.topLeftCorner(rest, rest));
     if (!schur) return std::nullopt;
-    form.slope_triangle.topLeftCorner(rest, rest) = schur->triangle.triangularView<Eigen::Upper>();
-    form.slope_triangle.topRightCorner(rest, num_algebraic) =
-        schur->vectors.adjoint() * G_Q.topRightCorner(rest, num_algebraic);
-    U.topLeftCorner(rest, rest) = std::move(schur->vectors);
+    U.block(begin, begin, size, rest) = Q.leftCols(rest) * schur->vectors;
   }
+  PencilForm form;
+  form.slope_triangle = (U.adjoint() * G * U).eval().triangularView<Eigen::Upper>();
+  form.slope_triangle.middleRows(first_algebraic, num_algebraic).setZero();
   form.triangle = Eigen::MatrixXcd::Identity(m, m) + shifted.shift * form.slope_triangle;
-  form.vectors = scale.asDiagonal() * (Q * U);
-  form.inverse = (U.adjoint() * Q.transpose()) * scale.cwiseInverse().asDiagonal();
-  form.left = (U.adjoint() * Q.transpose()) * (further.cwiseInverse().asDiagonal() * inverse_in_units);
+  form.vectors.resize(m, m);
+  form.vectors(order, Eigen::all) = scale.asDiagonal() * U;
+  form.inverse.resize(m, m);
+  form.inverse(Eigen::all, order) = U.adjoint() * scale.cwiseInverse().asDiagonal();
+  form.left = U.adjoint() * (further.cwiseInverse().asDiagonal() * inverse_in_units(order, Eigen::all));
   if (num_algebraic > 0) {
-    form.left.bottomRows(num_algebraic).setZero();
-    form.left.bottomRightCorner(num_algebraic, num_algebraic) =
+    auto rows = form.left.middleRows(first_algebraic, num_algebraic);
+    rows.setZero();
+    rows.rightCols(num_algebraic) =
         PanelLu(of_algebraic).Solve(Matrix(size_of_algebraic.asDiagonal())).cast<std::complex<double>>();
   }
   if (!form.left.allFinite()) return std::nullopt;

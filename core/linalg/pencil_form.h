@@ -38,7 +38,8 @@ std::optional<PencilForm> ComputeExplicitForm(const Matrix& A, double duration);
 // are accurate to rounding of F relative to its rows, whatever the others are; 1/λ has an absolute error of rounding
 // times `duration`. That is so because what is brought into Schur form is G = (F - σE)⁻¹E, with a real shift σ of
 // some few times 1/duration: the eigenvalues of G are 1/(λ - σ), and zero for the algebraic rows. The zeros are exact,
-// since the columns of F's algebraic rows, transposed, span the left null space of G.
+// since the columns of F's algebraic rows, transposed, span the left null space of G. Each block of states that depend
+// on each other is brought into Schur form alone: among the fast states of a triangular A every 1/λ has its digits.
 //
 // `units`: positive powers of two, about the sizes of the states. Absent where the pencil is singular or an entry is
 // not finite. Checks for a stop. Cost: some 100 m³.

@@ -74,7 +74,9 @@ INSTANTIATE_TEST_SUITE_P(
                       Hard{660106, "FastStatesThatAnEventDoesNotConcern"},
                       Hard{660189, "ModesThatAreShortInAShortTime"}, Hard{660901, "FastStatesThatYDrives"},
                       Hard{661410, "RoundingThatCouplesBlocks"}, Hard{660919, "FastComponentsOfPencils"},
-                      Hard{641390, "LayersThatLookLikeRounding"}, Hard{662028, "NearlySingularLookAheads"}),
+                      Hard{641390, "LayersThatLookLikeRounding"}, Hard{662028, "NearlySingularLookAheads"},
+                      Hard{641181, "ModesInOddUnits"}, Hard{641419, "ProposalsThatFallFromZero"},
+                      Hard{641990, "PencilsOfTriangularA"}),
     [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
 // Errors that comparing long steps with longer ones does not show: of single steps, of fast states that lag behind y,
