@@ -21,16 +21,19 @@ class CurveMaker {
     constexpr double kAccuracy = 1e-12, kHardlyFalls = 0.1;
     constexpr double kRounding = 1e-14;  // of the terms: the current of a switch is a small difference of large ones
     const LegendreVector& nodes = GetLegendreBasis().nodes;
-    CurvePiece curve{begin, end, LegendreSeries(evaluator_.size(), kLegendreSize)};
-    Vector terms = Vector::Zero(evaluator_.size());
-    for (Index j = 0; j < kLegendreSize; ++j) {
-      const double t = j == 0 ? begin : j == kLegendreSize - 1 ? end : curve.t_of(nodes[j]);
-      const LegendreVector at = LegendreValues(std::clamp(2 * (t - piece.begin) / piece.length - 1, -1.0, 1.0));
-      const Vector x = piece.x * at.head(piece.x.cols());
-      const Vector y = (piece.y * at.head(piece.y.cols())).cwiseMax(0);
-      if (j == 0 || j == kLegendreSize - 1) terms = terms.cwiseMax(evaluator_.TermsOf(x, y));
-      curve.z.col(j) = evaluator_.At(t, j == kLegendreSize - 1 ? Side::kLeft : Side::kRight, x, y);
-    }
+    CurvePiece curve{begin, end, {}};
+    LegendreVector times;
+    for (Index j = 0; j < kLegendreSize; ++j) times[j] = curve.t_of(nodes[j]);
+    times[0] = begin;
+    times[kLegendreSize - 1] = end;
+    const Vector places = (2 / piece.length * (times.array() - piece.begin) - 1).cwiseMax(-1).cwiseMin(1);
+    LegendreRows at;
+    LegendreValuesAt(places, at);
+    const Matrix x = piece.x * at.leftCols(piece.x.cols()).transpose();
+    const Matrix y = (piece.y * at.leftCols(piece.y.cols()).transpose()).cwiseMax(0);
+    curve.z = evaluator_.Between(times, x, y);
+    const Vector terms =
+        evaluator_.TermsOf(x.col(0), y.col(0)).cwiseMax(evaluator_.TermsOf(x.rightCols(1), y.rightCols(1)));
     const Vector size = curve.z.cwiseAbs().rowwise().maxCoeff();
     largest_ = largest_.size() > 0 ? Vector(largest_.cwiseMax(size)) : size;
     curve.z = InterpolateAtNodes(curve.z);

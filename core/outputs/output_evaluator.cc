@@ -57,6 +57,15 @@ Vector OutputEvaluator::At(double t, Side side, const Eigen::Ref<const Vector>& 
   return z;
 }
 
+Matrix OutputEvaluator::Between(const Eigen::Ref<const Vector>& times, const Matrix& x, const Matrix& y) {
+  Matrix z(size(), times.size());
+  for (Index j = 0; j < times.size(); ++j) {
+    h_.Evaluate(axis_.Nearest(times[j]), j + 1 < times.size() ? Side::kRight : Side::kLeft, z.col(j));
+  }
+  z += C_ * x + D_ * y;
+  return z;
+}
+
 Vector OutputEvaluator::TermsOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) const {
   return C_.AbsTimes(x.cwiseAbs()) + D_.AbsTimes(y.cwiseAbs());
 }

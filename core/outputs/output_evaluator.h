@@ -28,6 +28,9 @@ class OutputEvaluator {
   // C x + D y + h(t), with the limit of h from `side`.
   Vector At(double t, Side side, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
 
+  // The same at increasing times, one in each column of `x` and `y`: at all but the last one h from the right.
+  Matrix Between(const Eigen::Ref<const Vector>& times, const Matrix& x, const Matrix& y);
+
   // What they are summed from: |C| |x| + |D| |y|.
   Vector TermsOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) const;
 

@@ -49,7 +49,7 @@ Formula::Formula(std::shared_ptr<const AnalyzedFormula> analyzed, const TimeAxis
   has_intervals_ = !analyzed_->switching.inside.empty() &&
                    std::any_of(steps.begin(), steps.end(),
                                [](const auto& step) { return step.of_time_alone && IsSwitch(step.operation); });
-  if (has_intervals_) decisions_.resize(steps.size());
+  varying_ = computed_;
 }
 
 Formula::Formula(Formula&&) noexcept = default;
@@ -60,8 +60,15 @@ double Formula::RoundingAt(double t) {
   if (computed_.empty()) return 0;
   const FormulaTree& tree = analyzed_->tree;
   if (!enclosure_) enclosure_ = std::make_unique<FormulaEnclosure>(tree);
-  enclosure_->Evaluate(t, t, t);
-  return enclosure_->value_at_middle(static_cast<int>(tree.steps.size()) - 1).width() / 2;
+  const auto rounding_at = [&](double time) {
+    enclosure_->Evaluate(time, time, time);
+    return enclosure_->value_at_middle(static_cast<int>(tree.steps.size()) - 1).width() / 2;
+  };
+  if (has_intervals_) EnterIntervalOf(t, Side::kRight);
+  if (!is_decided_ || !varying_.empty()) return rounding_at(t);
+  // The same everywhere in the interval, and farthest from its ends surely no jump.
+  if (steady_rounding_ < 0) steady_rounding_ = rounding_at(analyzed_->switching.inside[interval_]);
+  return steady_rounding_;
 }
 
 double Formula::Evaluate(double t, Side side) {
@@ -81,10 +88,7 @@ double Formula::Evaluate(double t, const Eigen::Ref<const Vector>& x, const Eige
 double Formula::EvaluateAt(double t, Side side) {
   const auto& [tree, switching] = *analyzed_;
   if (has_intervals_) {
-    const auto behind = side == Side::kRight ? std::upper_bound(switching_times_.begin(), switching_times_.end(), t)
-                                             : std::lower_bound(switching_times_.begin(), switching_times_.end(), t);
-    const auto interval = static_cast<std::size_t>(behind - switching_times_.begin());
-    if (!has_entered_ || interval != interval_) EnterInterval(interval);
+    EnterIntervalOf(t, side);
     if (!is_decided_ && std::binary_search(switching_times_.begin(), switching_times_.end(), t)) {
       t = std::nextafter(t, side == Side::kRight ? HUGE_VAL : -HUGE_VAL);
     }
@@ -93,13 +97,12 @@ double Formula::EvaluateAt(double t, Side side) {
     if (gap.jumps && gap.from <= t && t <= gap.to) return side == Side::kLeft ? gap.left : gap.right;
   }
   if (time_ >= 0) values_[static_cast<std::size_t>(time_)] = t;
-  for (const int index : computed_) {
+  for (const int index : varying_) {
     const auto i = static_cast<std::size_t>(index);
     const FormulaStep& step = tree.steps[i];
     const double a = values_[static_cast<std::size_t>(step.a)];
     const double b = step.b < 0 ? 0 : values_[static_cast<std::size_t>(step.b)];
-    values_[i] =
-        is_decided_ && step.of_time_alone && MayJump(step.operation) ? decisions_[i] : ValueOf(step.operation, a, b);
+    values_[i] = ValueOf(step.operation, a, b);
   }
   const double value = values_.back();
   if (std::isfinite(value) || switching.gaps.empty()) return value;
@@ -109,22 +112,45 @@ double Formula::EvaluateAt(double t, Side side) {
   return value;
 }
 
-// Takes the decisions of the switches in `smooth interval`.
+void Formula::EnterIntervalOf(double t, Side side) {
+  const std::vector<double>& times = switching_times_;
+  const auto is_behind = [&](double time) { return side == Side::kRight ? time > t : time >= t; };
+  const bool stays = has_entered_ && (interval_ == 0 || !is_behind(times[interval_ - 1])) &&
+                     (interval_ == times.size() || is_behind(times[interval_]));
+  if (stays) return;
+  const auto next = std::partition_point(times.begin(), times.end(), [&](double time) { return !is_behind(time); });
+  EnterInterval(static_cast<std::size_t>(next - times.begin()));
+}
+
+// Takes the decisions of the switches in `interval`, and computes what they leave constant there.
 void Formula::EnterInterval(std::size_t interval) {
   const auto& [tree, switching] = *analyzed_;
   interval_ = interval;
   has_entered_ = true;
+  steady_rounding_ = -1;
   const double inside = switching.inside[interval];
   is_decided_ = !std::isnan(inside);
-  if (!is_decided_) return;
+  if (!is_decided_) {
+    varying_ = computed_;
+    return;
+  }
+  varying_.clear();
+  varies_.assign(tree.steps.size(), false);
   values_[static_cast<std::size_t>(time_)] = inside;
+  varies_[static_cast<std::size_t>(time_)] = true;
   for (const int index : computed_) {
     const auto i = static_cast<std::size_t>(index);
     const FormulaStep& step = tree.steps[i];
-    if (!step.of_time_alone) continue;
-    if (IsSwitch(step.operation)) decisions_[i] = DecisionOf(step, values_);
-    values_[i] = ValueOf(step.operation, values_[static_cast<std::size_t>(step.a)],
-                         step.b < 0 ? 0 : values_[static_cast<std::size_t>(step.b)]);
+    const auto a = static_cast<std::size_t>(step.a), b = step.b < 0 ? a : static_cast<std::size_t>(step.b);
+    if (step.of_time_alone) values_[i] = ValueOf(step.operation, values_[a], step.b < 0 ? 0 : values_[b]);
+    if (!step.of_time_alone) {
+      varies_[i] = true;
+    } else if (IsExtremum(step.operation)) {
+      varies_[i] = varies_[values_[i] == values_[a] ? a : b];
+    } else {
+      varies_[i] = !MayJump(step.operation) && (varies_[a] || varies_[b]);
+    }
+    if (varies_[i]) varying_.push_back(index);
   }
 }
 

@@ -62,20 +62,23 @@ class Formula {
 
  private:
   double EvaluateAt(double t, Side side);
+  void EnterIntervalOf(double t, Side side);
   void EnterInterval(std::size_t interval);
 
   std::shared_ptr<const AnalyzedFormula> analyzed_;
   std::vector<double> switching_times_;    // as in the axis
   std::vector<int> computed_;              // the steps that are neither numbers nor variables
+  std::vector<int> varying_;               // those of them that are not constant in the interval of the last evaluation
   std::vector<int> states_, constraints_;  // the steps of variables
   int time_ = -1;
   std::vector<double> values_;
-  std::vector<double> decisions_;  // in the smooth interval of the last evaluation
-  bool has_intervals_ = false;     // the formula has switches, and their times are known
-  std::size_t interval_ = 0;       // the smooth interval of the last evaluation
+  std::vector<bool> varies_;    // which steps vary there
+  bool has_intervals_ = false;  // the formula has switches, and their times are known
+  std::size_t interval_ = 0;    // the smooth interval of the last evaluation
   bool has_entered_ = false;
   bool is_decided_ = false;
   std::unique_ptr<FormulaEnclosure> enclosure_;  // made when needed
+  double steady_rounding_ = -1;                  // of an interval in which nothing varies; below 0 if not known
 };
 
 }  // namespace dlcs
