@@ -144,6 +144,7 @@ ModeMaker::ModeMaker(const Problem& problem)
 // where y_S is not determined; `mode` has no E yet where its pivots are the rows of M_SS.
 bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
   constexpr double kPreferred = 4096;  // the rows of M_SS, which keep the equations of the states as they are
+  constexpr double kFirst = 0x1p200;   // above all others
   const std::vector<Index>& S = mode.active;
   const Index m = problem_.num_states(), n = problem_.num_constraints(), k = static_cast<Index>(S.size());
   if (k == 0) return SubstituteMultipliers(problem_, mode);
@@ -157,6 +158,12 @@ bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
       of_x.cwiseAbs() * sizes.x + of_g.cwiseAbs() * sizes.g + slope.cwiseAbs() * (sizes.f + sizes.x / problem_.horizon);
   Vector scale = terms.unaryExpr([](double size) { return 1 / PowerOfTwo(size); });
   scale.tail(k) *= kPreferred;
+  // y that sources alone determine, such as the current that an open switch allows, is exactly theirs: by another row
+  // it would be a difference of large terms.
+  for (Index p = 0; p < k; ++p) {
+    const auto row = of_y.row(m + p);
+    if (of_x.row(m + p).isZero(0) && (row.array() != 0).count() == 1) scale[m + p] = kFirst / row.cwiseAbs().maxCoeff();
+  }
   const Vector of_columns =
       RowMaxAbs((scale.asDiagonal() * of_y).transpose()).unaryExpr([](double size) { return 1 / PowerOfTwo(size); });
   const Matrix scaled = scale.asDiagonal() * of_y * of_columns.asDiagonal();
