@@ -154,6 +154,9 @@ void AddDeckOptions(CLI::App& app, DeckOptions& options) {
   AddNumber(
       app, "--diode-current", "AMPERES", Positive(), [&options](double value) { options.diode_current = value; },
       "The current at which the tangent touches (1)");
+  AddNumber(
+      app, "--current-limit", "FACTOR", Positive(), [&options](double value) { options.current_limit = value; },
+      "Multiplies the largest current of each switch, which is twice what the sources can drive through it (1)");
   app.add_flag("--ideal-edges", options.ideal_edges, "Missing or zero ramps of PULSE are jumps, and not TSTEP long");
 }
 

@@ -25,6 +25,7 @@ class DeckReader {
   DeckReader(const DeckText& text, const DeckParts& parts, const DeckOptions& options)
       : parts_(parts), parameters_(options.parameters), notes_(text.notes), circuit_(parts_, options, notes_) {
     deck_.title = text.title;
+    circuit_.circuit().current_limit = options.current_limit;
     for (const std::string& note : parts.notes) notes_.Add(note);
   }
 

@@ -104,6 +104,9 @@ class DeckCircuit {
   absl::Status AddBehavioral(const DeckFields& fields, const Instance& instance, Element element);
   absl::Status AddPolynomial(const DeckFields& fields, const Instance& instance, Element element, bool by_voltage);
   absl::Status AddTable(const DeckFields& fields, const Instance& instance, Element element);
+  // A voltage source of the formula `text` between a new node of the same name and ground: its voltage as a quantity.
+  absl::StatusOr<std::string> AddFormula(const DeckFields& fields, const std::string& name, const std::string& place,
+                                         const std::string& text);
   absl::StatusOr<LinearValue> LinearOf(const DeckFields& fields, const Instance& instance, const DeckWord& word,
                                        const Element& whole);
   // Gives `element`, which is stored next, the controls and the constant of `value`.

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 #include <utility>
 
 #include "client/netlist/deck_circuit.h"
+#include "core/problem/formula.h"
 
 namespace dlcs::client {
 namespace {
@@ -18,6 +20,18 @@ std::vector<DeckWord> WithoutParentheses(const std::vector<DeckWord>& words, std
     if (words[k].text != "(" && words[k].text != ")") kept.push_back(words[k]);
   }
   return kept;
+}
+
+// A formula with its largest size at some times.
+Waveform FormulaOver(const std::string& text, double horizon) {
+  constexpr int kTimes = 1000;
+  auto formula = Formula::Parse(text);
+  double peak = formula.ok() ? 0 : std::nan("");
+  for (int k = 0; k < kTimes && formula.ok(); ++k) {
+    const double value = std::abs(formula->Evaluate(horizon * (k + 0.5) / kTimes));
+    peak = value <= peak ? peak : value;
+  }
+  return FormulaWave{text, peak};
 }
 
 }  // namespace
@@ -131,8 +145,13 @@ absl::Status DeckCircuit::AddTable(const DeckFields& fields, const Instance& ins
     if (at == words.end() || !at->is_expression) {
       return DeckError(fields.line->Place(place), fmt::format("{}: TABLE needs an expression in braces", name));
     }
-    const auto value = LinearOf(fields, instance, *at, element);
+    auto value = LinearOf(fields, instance, *at, element);
     if (!value.ok()) return value.status();
+    if (!value->of_time.empty()) {
+      const auto quantity = AddFormula(fields, element.name + "#time", element.place, value->of_time);
+      if (!quantity.ok()) return quantity.status();
+      value->factors[*quantity] = 1;
+    }
     SetControls(fields, instance, *value, at->offset, element);
     ++at;
   } else {
@@ -189,6 +208,12 @@ absl::Status DeckCircuit::AddBehavioral(const DeckFields& fields, const Instance
   if (value->factors.empty()) {
     element.kind = is_voltage ? ElementKind::kVoltageSource : ElementKind::kCurrentSource;
     element.source = ConstantWave{value->constant};
+    if (!value->of_time.empty()) {
+      element.source = FormulaOver(fmt::format("{} + {}", value->constant, value->of_time), circuit_.horizon);
+      if (const std::string fault = FaultOf(element.source); !fault.empty()) {
+        return DeckError(fields.line->Place(expression->offset), fmt::format("{}: {}", element.name, fault));
+      }
+    }
   } else {
     SetControls(fields, instance, *value, expression->offset, element);
   }
@@ -201,7 +226,16 @@ absl::StatusOr<LinearValue> DeckCircuit::LinearOf(const DeckFields& fields, cons
                                                   const DeckWord& word, const Element& whole) {
   absl::Status stored = absl::OkStatus();
   int number = 0;
-  const auto make = [&](const LinearValue& argument, const PiecewiseLinear& function) {
+  const auto add_formula = [&](LinearValue value) {
+    if (value.of_time.empty() || !stored.ok()) return value;
+    const auto quantity = AddFormula(fields, fmt::format("{}#{}", whole.name, ++number), whole.place, value.of_time);
+    stored.Update(quantity.status());
+    if (quantity.ok()) value.factors[*quantity] = 1;
+    value.of_time.clear();
+    return value;
+  };
+  const auto make = [&](const LinearValue& given, const PiecewiseLinear& function) {
+    const LinearValue argument = add_formula(given);
     Element part;
     part.name = fmt::format("{}#{}", whole.name, ++number);
     part.place = whole.place;
@@ -219,10 +253,29 @@ absl::StatusOr<LinearValue> DeckCircuit::LinearOf(const DeckFields& fields, cons
     return quantity;
   };
   auto value = instance.scope->EvaluateLinear(word.text, make);
+  if (value.ok() && !value->factors.empty()) value = add_formula(*std::move(value));
   if (!stored.ok()) return stored;
   if (value.ok()) return value;
   return DeckError(fields.line->Place(word.offset),
                    fmt::format("{}: {}", fields.words[0].text, std::string(value.status().message())));
+}
+
+absl::StatusOr<std::string> DeckCircuit::AddFormula(const DeckFields& fields, const std::string& name,
+                                                    const std::string& place, const std::string& text) {
+  Element source;
+  source.name = name;
+  source.place = place;
+  source.kind = ElementKind::kVoltageSource;
+  source.plus = static_cast<Index>(circuit_.nodes.size());
+  source.source = FormulaOver(text, circuit_.horizon);
+  if (const std::string fault = FaultOf(source.source); !fault.empty()) {
+    return DeckError(fields.line->Place(), fmt::format("{}: {}", name, fault));
+  }
+  circuit_.nodes.push_back(name);
+  const std::string quantity = fmt::format("v( {})", source.plus) /* no name has a blank */;
+  if (absl::Status status = CheckCount(fields); !status.ok()) return status;
+  if (absl::Status status = Store(std::move(source), fields); !status.ok()) return status;
+  return quantity;
 }
 
 void DeckCircuit::SetControls(const DeckFields& fields, const Instance& instance, const LinearValue& value,

@@ -141,7 +141,9 @@ absl::Status DeckCircuit::AddSource(const DeckFields& fields, const Instance& in
     if (!has_function) element.source = ConstantWave{*value};
     ++k;
   }
-  if (absl::Status status = RefuseRest(fields, fields.words.size(), {"rser"}); !status.ok()) return status;
+  std::set<std::string> known = {"rser"};
+  if (std::holds_alternative<PiecewiseLinearWave>(element.source)) known.insert({"r", "td"});
+  if (absl::Status status = RefuseRest(fields, fields.words.size(), known); !status.ok()) return status;
   if (absl::Status status = AddParasitics(fields, instance, element); !status.ok()) return status;
   if (const std::string fault = FaultOf(element.source); !fault.empty()) {
     return DeckError(fields.line->Place(), fmt::format("{}: {}", element.name, fault));

@@ -11,9 +11,9 @@
 namespace dlcs::client {
 namespace {
 
-// The expression of a B element needs no braces: it ends with the line.
+// The expression of a B element needs no braces: it ends with the line. Braces may be a part of it.
 void JoinExpression(const DeckLine& line, std::vector<DeckWord>& words) {
-  if (words.size() < 6 || words[4].text != "=" || words[5].is_expression) return;
+  if (words.size() < 6 || words[4].text != "=" || (words.size() == 6 && words[5].is_expression)) return;
   words[5] = {Trimmed(std::string_view(line.text).substr(words[5].offset)), words[5].offset, true};
   words.resize(6);
 }
@@ -47,21 +47,25 @@ absl::Status NeedWords(const DeckFields& fields, std::size_t count, const std::s
                    fmt::format("{} has too few fields; it is written {}", fields.words[0].text, form));
 }
 
+std::string HintOnBlank(const DeckFields& fields, std::size_t k) {
+  if (k == 0 || k >= fields.words.size()) return "";
+  const DeckWord &word = fields.words[k], &before = fields.words[k - 1];
+  const std::size_t end = before.offset + before.text.size();
+  const std::string between = fields.line->text.substr(end, word.offset - std::min(word.offset, end));
+  if (before.is_expression || word.is_expression || !ReadSpiceNumber(before.text)) return "";
+  if (between == "," && ReadSpiceNumber(before.text + "." + word.text)) {
+    return fmt::format("; a number has a point, as in {}.{}", before.text, word.text);
+  }
+  if (!ReadSpiceNumber(word.text) && ReadSpiceNumber(before.text + word.text)) {
+    return fmt::format("; no blank stands before a suffix or unit, as in {}{}", before.text, word.text);
+  }
+  return "";
+}
+
 absl::Status RefuseRest(const DeckFields& fields, std::size_t used, const std::set<std::string>& names) {
   if (fields.words.size() > used) {
-    const DeckWord &word = fields.words[used], &before = fields.words[used - 1];
-    const std::size_t end = before.offset + before.text.size();
-    const std::string between = fields.line->text.substr(end, word.offset - std::min(word.offset, end));
-    std::string hint;
-    if (!before.is_expression && !word.is_expression && ReadSpiceNumber(before.text)) {
-      if (between == "," && ReadSpiceNumber(before.text + "." + word.text)) {
-        hint = fmt::format("; a number has a point, as in {}.{}", before.text, word.text);
-      } else if (!ReadSpiceNumber(word.text) && ReadSpiceNumber(before.text + word.text)) {
-        hint = fmt::format("; no blank stands before a suffix or unit, as in {}{}", before.text, word.text);
-      }
-    }
-    return DeckError(fields.Place(used),
-                     fmt::format("{}: \"{}\" is not supported here{}", fields.words[0].text, word.text, hint));
+    return DeckError(fields.Place(used), fmt::format("{}: \"{}\" is not supported here{}", fields.words[0].text,
+                                                     fields.words[used].text, HintOnBlank(fields, used)));
   }
   for (const auto& [name, word] : fields.named) {
     if (names.contains(name)) continue;

@@ -31,6 +31,9 @@ absl::StatusOr<DeckFields> FieldsOf(const DeckLine& line);
 // Errors: InvalidArgument if there are fewer than `count` words; `form` is how such a line is written.
 absl::Status NeedWords(const DeckFields& fields, std::size_t count, const std::string& form);
 // Errors: InvalidArgument if there are more than `used` words, or names other than `names`.
+// "; no blank stands before a suffix or unit, as in 5V", where word `k` may be one of the number before it; or empty.
+std::string HintOnBlank(const DeckFields& fields, std::size_t k);
+
 absl::Status RefuseRest(const DeckFields& fields, std::size_t used, const std::set<std::string>& names);
 
 }  // namespace dlcs::client

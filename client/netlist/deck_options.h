@@ -21,7 +21,8 @@ struct DeckOptions {
   DiodeRule diode = DiodeRule::kTangent;
   double diode_current = 1;                       // A
   std::map<std::string, double> parameters = {};  // values of .param, by name in small letters, in place of the deck's
-  bool ideal_edges = false;                       // a missing or zero rise or fall time of PULSE is a jump, not TSTEP
+  double current_limit = 1;  // times the largest currents that switches are given, see core/circuits/circuit_branches
+  bool ideal_edges = false;  // a missing or zero rise or fall time of PULSE is a jump, not TSTEP
 };
 
 }  // namespace dlcs::client

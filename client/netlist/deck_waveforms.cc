@@ -5,7 +5,9 @@
 #include <fmt/ranges.h>
 
 #include <cctype>
+#include <cmath>
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -27,10 +29,6 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
   const double stop = missing.stop;
   if (name == "pulse") {
     if (values.size() < 2) return too_few(2);
-    if (values.size() == 8 && values[7] != 0) {
-      return DeckError(fields.Place(begin),
-                       "the number of pulses of PULSE is not supported; without it they never end");
-    }
     if (values.size() > 8) return too_many(8);
     PulseWave wave{.low = values[0],
                    .high = values[1],
@@ -54,6 +52,7 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
       defaults.push_back(fmt::format("PW = TSTOP = {:g} s", stop));
     }
     if (wave.period == 0) wave.period = std::numeric_limits<double>::infinity();
+    if (at(7, 0) != 0) wave.cycles = values[7];
     if (wave.rise + wave.width + wave.fall > wave.period * (1 + 1e-6)) {
       notes.Add(fmt::format("{}: PULSE of {}: TR + PW + TF = {:g} s is longer than PER = {:g} s, which cuts it",
                             fields.Place(begin), fields.words[0].text, wave.rise + wave.width + wave.fall,
@@ -96,20 +95,61 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
                                   .index = at(3, 0),
                                   .signal = at(4, 1 / stop)};
   }
-  if (name == "pwl") {
-    if (values.size() < 2 || values.size() % 2 != 0) {
-      return DeckError(fields.Place(begin), "PWL takes pairs of time and value");
-    }
-    PiecewiseLinearWave wave;
-    for (std::size_t k = 0; k < values.size(); k += 2) {
-      wave.times.push_back(values[k]);
-      wave.values.push_back(values[k + 1]);
-    }
+  return DeckError(fields.Place(begin),
+                   fmt::format("{}: the function {} is not supported; known are PULSE, SIN, PWL, "
+                               "EXP and SFFM{}",
+                               fields.words[0].text, fields.words[begin].text, HintOnBlank(fields, begin)));
+}
+
+// What LTspice writes REPEAT FOR 3 (...) ENDREPEAT, or FOREVER; and r=TIME of ngspice, with its delay td=TIME.
+struct Repetition {
+  bool is_asked = false;                                   // by REPEAT
+  double times = std::numeric_limits<double>::infinity();  // how often the points are gone through
+};
+
+absl::StatusOr<Waveform> MakePiecewiseLinear(const DeckFields& fields, std::size_t begin,
+                                             const std::vector<double>& values, const Repetition& repetition,
+                                             ParameterScope& scope, DeckNotes& notes) {
+  constexpr double kMaxPoints = 1e5;
+  if (values.size() < 2 || values.size() % 2 != 0) {
+    return DeckError(fields.Place(begin), "PWL takes pairs of time and value");
+  }
+  std::map<std::string, double> named;
+  for (const char* name : {"r", "td"}) {
+    const auto given = fields.named.find(name);
+    if (given == fields.named.end()) continue;
+    const auto value = ValueOf(*fields.line, given->second, scope, notes);
+    if (!value.ok()) return value.status();
+    named[name] = *value;
+  }
+  const double delay = named.contains("td") ? named["td"] : 0;
+  PiecewiseLinearWave wave;
+  for (std::size_t k = 0; k < values.size(); k += 2) {
+    wave.times.push_back(values[k] + delay);
+    wave.values.push_back(values[k + 1]);
+  }
+  // r=-1 is none.
+  if (named.contains("r") && named["r"] >= 0) wave.repeats_from = named["r"] + delay;
+  if (!repetition.is_asked) return wave;
+  if (wave.repeats_from) return DeckError(fields.Place(begin), "PWL repeats by REPEAT or by r=, not by both");
+  if (!std::isfinite(repetition.times)) {
+    wave.repeats_from = delay;
     return wave;
   }
-  return DeckError(fields.Place(begin), fmt::format("{}: the function {} is not supported; known are PULSE, SIN, PWL, "
-                                                    "EXP and SFFM",
-                                                    fields.words[0].text, fields.words[begin].text));
+  const double period = values[values.size() - 2];
+  if (!(repetition.times >= 1) || !(repetition.times * static_cast<double>(wave.times.size()) <= kMaxPoints)) {
+    return DeckError(fields.Place(begin),
+                     fmt::format("PWL is repeated {:g} times; must be at least 1, and give {:g} points at most",
+                                 repetition.times, kMaxPoints));
+  }
+  const std::size_t points = wave.times.size();
+  for (double k = 1; k < repetition.times; ++k) {
+    for (std::size_t point = 0; point < points; ++point) {
+      wave.times.push_back(wave.times[point] + k * period);
+      wave.values.push_back(wave.values[point]);
+    }
+  }
+  return wave;
 }
 
 }  // namespace
@@ -123,6 +163,7 @@ absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, 
   if (in_parentheses) ++k;
   bool closed = false;
   int inner = 0;  // PWL may have its points in parentheses
+  Repetition repetition;
   for (; k < fields.words.size(); ++k) {
     const std::string& text = fields.words[k].text;
     if (text == "(") {
@@ -136,11 +177,31 @@ absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, 
       break;
     }
     const bool is_word = !fields.words[k].is_expression && std::isalpha(static_cast<unsigned char>(text[0])) != 0;
-    if (name == "pwl" && is_word) {
-      return DeckError(fields.Place(k),
-                       fmt::format("{} of PWL is not supported; PWL takes pairs of time and value, and "
-                                   "what repeats is a PULSE, or is written out",
-                                   text));
+    if (name == "pwl" && is_word && (!values.empty() || Lower(text) == "repeat")) {
+      const std::string word = Lower(text);
+      if (word == "endrepeat" && repetition.is_asked) {
+        if (in_parentheses) continue;
+        ++k;
+        break;
+      }
+      if (word != "repeat" || !values.empty() || repetition.is_asked) {
+        return DeckError(fields.Place(k), fmt::format("{} of PWL is not supported; PWL takes pairs of time and value, "
+                                                      "and REPEAT FOREVER (...) ENDREPEAT or r=TIME repeats them",
+                                                      text));
+      }
+      repetition.is_asked = true;
+      const std::string how = k + 1 < fields.words.size() ? Lower(fields.words[k + 1].text) : "";
+      if (how == "forever") {
+        ++k;
+      } else if (how == "for" && k + 2 < fields.words.size()) {
+        const auto count = ValueOf(*fields.line, fields.words[k + 2], scope, notes);
+        if (!count.ok()) return count.status();
+        repetition.times = *count;
+        k += 2;
+      } else {
+        return DeckError(fields.Place(k), "REPEAT of PWL is written REPEAT FOREVER (...) ENDREPEAT, or REPEAT FOR 3");
+      }
+      continue;
     }
     if (!in_parentheses && is_word) break;
     if (name == "pwl" && values.size() % 2 == 0 && text.starts_with('+')) {
@@ -153,6 +214,7 @@ absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, 
     values.push_back(*value);
   }
   if (in_parentheses && !closed) return DeckError(fields.Place(begin), fmt::format("{}: \")\" is missing", name));
+  if (name == "pwl") return MakePiecewiseLinear(fields, begin, values, repetition, scope, notes);
   return MakeWaveform(fields, begin, name, values, defaults, notes);
 }
 

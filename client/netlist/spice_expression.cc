@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "client/netlist/deck_lines.h"
+#include "core/circuits/waveform.h"
 
 namespace dlcs::client {
 namespace {
@@ -131,7 +132,23 @@ class ExpressionReader {
   }
   double Constant(const LinearValue& value, const char* where) {
     if (!value.factors.empty()) Fail(fmt::format("{} a voltage or current is not linear", where));
+    if (!value.of_time.empty()) Fail(fmt::format("{} a function of time is not supported here", where));
     return value.constant;
+  }
+
+  // Functions of time as texts in the language of the engine.
+  static bool IsOfTime(const LinearValue& value) { return value.factors.empty() && !value.of_time.empty(); }
+  // The whole value, without quantities, in parentheses.
+  static std::string TextOf(const LinearValue& value) {
+    const std::string constant = fmt::format("{}", value.constant);
+    if (value.of_time.empty()) return "(" + constant + ")";
+    return value.constant == 0 ? "(" + value.of_time + ")" : "(" + constant + " + " + value.of_time + ")";
+  }
+  LinearValue OfTime(std::string text) {
+    // Each function writes its arguments at least once.
+    constexpr std::size_t kMaxText = 20000;
+    if (text.size() > kMaxText) return Fail("the function of time is too long");
+    return {.of_time = std::move(text)};
   }
 
   LinearValue Choice() { return Settled(OpenChoice()); }
@@ -167,22 +184,33 @@ class ExpressionReader {
   // 0 or 1.
   LinearValue Truth(const LinearValue& value, const char* where) {
     if (value.is_truth) return Settled(value);
+    if (IsOfTime(value)) return OfTime("(" + TextOf(value) + " != 0)");
     return {Constant(value, where) != 0 ? 1.0 : 0.0};
   }
   LinearValue Settled(const LinearValue& value) { return value.compared ? Step(*value.compared) : value; }
   LinearValue Chosen(const LinearValue& condition, const LinearValue& yes, const LinearValue& no) {
+    if (IsOfTime(condition)) {
+      if (yes.factors != no.factors) return Fail("a choice by time between voltages or currents is not linear");
+      LinearValue value =
+          OfTime(fmt::format("({0} != 0)*{1} + ({0} == 0)*{2}", TextOf(condition),
+                             TextOf({yes.constant, {}, yes.of_time}), TextOf({no.constant, {}, no.of_time})));
+      value.factors = yes.factors;
+      return value;
+    }
     if (condition.factors.empty() && !condition.compared) return condition.constant != 0 ? yes : no;
     if (!condition.is_truth) return Fail("a choice by a voltage or current needs a comparison, as in V(a) > 1 ? 5 : 0");
     // yes - no = slope compared + jump, where both products with the condition are known: the first is a ramp, and
     // those with other truths are truths.
     LinearValue jump = Minus(yes, no);
+    if (yes.of_time == no.of_time) jump.of_time.clear();
     double slope = 0;
     if (condition.compared) {
       const auto& [name, factor] = *condition.compared->factors.begin();
       const auto found = jump.factors.find(name);
       if (found != jump.factors.end() && factor != 0) slope = found->second / factor;
-      jump = Sum(jump, *condition.compared, -slope);
+      if (slope != 0) jump = Sum(jump, *condition.compared, -slope);
     }
+    if (!jump.of_time.empty()) return Fail("a choice by a voltage or current between functions of time is not linear");
     for (const auto& [name, factor] : jump.factors) {
       const auto of = [&name = name](const LinearValue& value) {
         const auto found = value.factors.find(name);
@@ -214,6 +242,10 @@ class ExpressionReader {
   static LinearValue Sum(LinearValue value, const LinearValue& other, double factor = 1) {
     value.constant += factor * other.constant;
     for (const auto& [name, part] : other.factors) value.factors[name] += factor * part;
+    if (!other.of_time.empty()) {
+      const std::string term = factor == 1 ? other.of_time : fmt::format("({})*({})", factor, other.of_time);
+      value.of_time += (value.of_time.empty() ? "" : " + ") + term;
+    }
     value.is_truth = false;
     return value;
   }
@@ -221,10 +253,21 @@ class ExpressionReader {
 
   // function(argument), as a new quantity where the argument is none that is known.
   LinearValue Piecewise(const LinearValue& argument, const PiecewiseLinear& function) {
+    if (IsOfTime(argument)) return OfTime(TextOf(function, TextOf(argument)));
     if (argument.factors.empty()) return {ValueAt(function, argument.constant)};
     if (!error_.ok() || maker_ == nullptr) return {};
     if (!*maker_) return Fail("only linear functions of voltages and currents are allowed here; define a B element");
     return {0, {{(*maker_)(argument, function), 1}}};
+  }
+  static std::string TextOf(const PiecewiseLinear& function, const std::string& x) {
+    std::string text = fmt::format("{} + {}", function.y.front(), LinesText(function.x, function.y, x));
+    if (function.slope_before != 0) {
+      text += fmt::format(" + ({})*min(0, {} - ({}))", function.slope_before, x, function.x.front());
+    }
+    if (function.slope_after != 0) {
+      text += fmt::format(" + ({})*max(0, {} - ({}))", function.slope_after, x, function.x.back());
+    }
+    return text;
   }
   static double ValueAt(const PiecewiseLinear& function, double x) {
     if (x <= function.x.front()) return function.y.front() + function.slope_before * (x - function.x.front());
@@ -255,6 +298,8 @@ class ExpressionReader {
         truth.compared = std::make_shared<const LinearValue>(op[0] == '<' ? Minus(right, value) : Minus(value, right));
         return truth.compared->factors.empty() ? Step(*truth.compared) : truth;
       }
+      if (IsOfTime(value) || IsOfTime(right))
+        return OfTime(fmt::format("({} {} {})", TextOf(value), sign, TextOf(right)));
       const double one = value.constant, other = right.constant;
       const bool holds = op == "<="   ? one <= other
                          : op == ">=" ? one >= other
@@ -283,10 +328,12 @@ class ExpressionReader {
       if (sign != '*' && sign != '/') return value;
       ++at_;
       const LinearValue other = Signed();
-      if (sign == '/') {
+      if (value.factors.empty() && other.factors.empty() && (IsOfTime(value) || IsOfTime(other))) {
+        value = OfTime(TextOf(value) + sign + TextOf(other));
+      } else if (sign == '/') {
         value = Times(value, {1 / Constant(other, "division by")});
       } else if (other.factors.empty()) {
-        value = Times(value, other);
+        value = Times(value, {Constant(other, "a product of voltages and currents:")});
       } else {
         value = Times(other, {Constant(value, "a product of voltages and currents:")});
       }
@@ -295,6 +342,7 @@ class ExpressionReader {
   static LinearValue Times(LinearValue value, const LinearValue& factor) {
     value.constant *= factor.constant;
     for (auto& [name, part] : value.factors) part *= factor.constant;
+    if (!value.of_time.empty()) value.of_time = fmt::format("({})*({})", factor.constant, value.of_time);
     value.is_truth = false;
     return value;
   }
@@ -321,7 +369,11 @@ class ExpressionReader {
       return Fail("^ is a power in ngspice and an exclusive or in LTspice; write ** for a power");
     }
     if (!Take("**")) return value;
-    const double base = Constant(value, "a power of"), exponent = Constant(Signed(), "a power of");
+    const LinearValue raised = Signed();
+    if (IsOfTime(value) || IsOfTime(raised)) {
+      if (value.factors.empty() && raised.factors.empty()) return OfTime(TextOf(value) + "**" + TextOf(raised));
+    }
+    const double base = Constant(value, "a power of"), exponent = Constant(raised, "a power of");
     return {std::pow(base, exponent)};
   }
 
@@ -363,7 +415,10 @@ class ExpressionReader {
     }
     if (name == "pi") return {std::numbers::pi};
     if (name == "e") return {std::numbers::e};
-    if (name == "time") return Fail("time is not supported in expressions; sources have SIN, PULSE, PWL, EXP and SFFM");
+    if (name == "time") {
+      if (maker_ != nullptr && *maker_) return OfTime("t");
+      return Fail("time is allowed in B, E and G elements only; sources have SIN, PULSE, PWL, EXP and SFFM");
+    }
     const std::string shown(text_.substr(at_ - name.size(), name.size()));
     at_ -= name.size();
     return Fail(fmt::format("\"{}\" is no parameter", shown));
@@ -452,6 +507,10 @@ class ExpressionReader {
         {"sgn", {1, 1, [](Values v) { return v[0] > 0   ? 1.0
                                              : v[0] < 0 ? -1.0
                                                         : 0.0; }}},
+        {"sqr", {1, 1, [](Values v) { return v[0] * v[0]; }}},
+        {"square", {1, 1, [](Values v) { return v[0] * v[0]; }}},
+        {"hypot", {2, 2, [](Values v) { return std::hypot(v[0], v[1]); }}},
+        {"round", {1, 1, [](Values v) { return std::round(v[0]); }}},
         {"pow", {2, 2, [](Values v) { return std::pow(v[0], v[1]); }}},
         {"min", {1, kAny, [](Values v) { return *std::min_element(v.begin(), v.end()); }}},
         {"max", {1, kAny, [](Values v) { return *std::max_element(v.begin(), v.end()); }}},
@@ -459,6 +518,9 @@ class ExpressionReader {
          {3, 3, [](Values v) { return std::max(std::min(v[1], v[2]), std::min(v[0], std::max(v[1], v[2]))); }}},
         {"if", {3, 3, [](Values v) { return v[0] != 0 ? v[1] : v[2]; }}}};
     if (const auto value = CallPiecewise(name, arguments)) return *value;
+    if (std::any_of(arguments.begin(), arguments.end(), IsOfTime)) {
+      if (const auto value = CallOfTime(name, arguments)) return *value;
+    }
     const auto found = kBuiltIns.find(name);
     if (found == kBuiltIns.end()) return Fail(fmt::format("\"{}\" is no function", name));
     const BuiltIn& built_in = found->second;
@@ -481,6 +543,7 @@ class ExpressionReader {
     if (name == "table" || name == "pwl") return CallTable(name, arguments);
     if (count == 1 && (name == "u" || name == "stp")) return Step(arguments[0]);
     if (count == 1 && name == "uramp") return Ramp(arguments[0]);
+    if (count == 3 && name == "if" && IsOfTime(arguments[0])) return Chosen(arguments[0], arguments[1], arguments[2]);
     if (!has_quantity) return std::nullopt;
     if (count == 1 && name == "sgn") return Piecewise(arguments[0], {.x = {0, 0}, .y = {-1, 1}});
     if (count == 1 && name == "abs") {
@@ -501,6 +564,32 @@ class ExpressionReader {
       value = name == "max" ? Sum(arguments[k], above) : Minus(value, above);
     }
     return value;
+  }
+
+  // Functions of functions of time; empty where the engine has no such function.
+  std::optional<LinearValue> CallOfTime(const std::string& name, const std::vector<LinearValue>& arguments) {
+    static const std::map<std::string, std::string> kNames = {
+        {"ln", "log"},  {"log", "log"},   {"log10", "log10"}, {"sqrt", "sqrt"}, {"abs", "abs"},   {"floor", "floor"},
+        {"sin", "sin"}, {"cos", "cos"},   {"tan", "tan"},     {"asin", "asin"}, {"acos", "acos"}, {"atan", "atan"},
+        {"exp", "exp"}, {"sinh", "sinh"}, {"cosh", "cosh"},   {"tanh", "tanh"}, {"ceil", "ceil"}, {"sgn", "sign"}};
+    if (std::any_of(arguments.begin(), arguments.end(), [](const auto& one) { return !one.factors.empty(); })) {
+      return std::nullopt;
+    }
+    const std::string first = TextOf(arguments[0]);
+    if (arguments.size() == 1) {
+      if (name == "int") return OfTime(fmt::format("sign({0})*floor(abs({0}))", first));
+      if (name == "sqr" || name == "square") return OfTime(fmt::format("{0}*{0}", first));
+      if (const auto found = kNames.find(name); found != kNames.end()) return OfTime(found->second + first);
+    }
+    if (name == "pow" && arguments.size() == 2) return OfTime(first + "**" + TextOf(arguments[1]));
+    if (name == "limit" && arguments.size() == 3) {
+      const std::string one = TextOf(arguments[1]), other = TextOf(arguments[2]);
+      return OfTime(fmt::format("max(min({1}, {2}), min({0}, max({1}, {2})))", first, one, other));
+    }
+    if (name != "min" && name != "max") return std::nullopt;
+    std::string text = name + "(" + first;
+    for (std::size_t k = 1; k < arguments.size(); ++k) text += ", " + TextOf(arguments[k]);
+    return OfTime(text + ")");
   }
 
   // Lines through points: beyond the ends constant for `table`, straight on for `pwl`, as LTspice and ngspice have it.

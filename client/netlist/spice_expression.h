@@ -34,11 +34,12 @@ namespace dlcs::client {
 // differently.
 std::optional<double> ReadSpiceNumber(std::string_view text);
 
-// constant + Σ factor · quantity, with quantities as "v(a,b)" and "i(v1)", in small letters.
+// constant + Σ factor · quantity + of_time, with quantities as "v(a,b)" and "i(v1)", in small letters.
 struct LinearValue {
   double constant = 0;
   std::map<std::string, double> factors = {};
-  bool is_truth = false;  // of a comparison: 0 or 1
+  std::string of_time = "";  // a formula in t (core/problem/formula.h); empty for none
+  bool is_truth = false;     // of a comparison: 0 or 1
   // Of one comparison that is no quantity yet: what is above 0 where it is 1.
   std::shared_ptr<const LinearValue> compared = nullptr;
 };
@@ -66,7 +67,7 @@ class ParameterScope {
   // The same where voltages V(a), V(a,b) and currents I(name) may occur: linearly; in the piecewise linear functions
   // max, min, abs, limit, table, pwl, uramp, u, stp, sgn; in comparisons, and in choices by them between what differs
   // by a number, or by a multiple of what is compared. Such functions become quantities by `maker`; without one they
-  // are refused.
+  // are refused. With a maker `time` is allowed too, in all functions where no voltage or current is.
   absl::StatusOr<LinearValue> EvaluateLinear(std::string_view expression, const PiecewiseMaker& maker = {});
 
  private:

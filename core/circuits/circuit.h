@@ -103,6 +103,7 @@ struct Circuit {
   // the elements says, else the difference of given node voltages, else 0.
   std::vector<NodeVoltage> node_voltages;
   bool uses_initial_conditions = false;
+  double current_limit = 1;  // > 0, times the largest currents of switches that MakeBranches() takes
 };
 
 }  // namespace dlcs

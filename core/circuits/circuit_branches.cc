@@ -335,7 +335,7 @@ class BranchMaker {
     for (const NodeVoltage& given : circuit_.node_voltages) volts += std::abs(given.volts);
     constexpr double kShort = 1e-3;  // ohms, for switches without resistance
     const double limit = 2 * (volts / std::max(on_resistance, kShort) + amperes);
-    return limit > 0 ? limit : 1;
+    return circuit_.current_limit * (limit > 0 ? limit : 1);
   }
 
   // What a controlled source gives without its controls, or at most where it is bounded.

@@ -94,8 +94,9 @@ struct CircuitBranches {
 //
 //     0 <= v ⟂ I u - i >= 0,      u = 0 or 1, the gate.
 //
-// So the gate enters the sources alone. I is larger than every current that can flow: twice what the voltages of all
-// sources and all initial ones drive through the on-resistance, plus all currents of sources and initial ones.
+// So the gate enters the sources alone. I shall be larger than every current that flows: `current_limit` of the circuit
+// times twice what the voltages of all sources and all initial ones drive through the on-resistance, plus all currents
+// of sources and initial ones. Where inductors make higher voltages it may be too small, and a larger factor helps.
 //
 // A switch that the circuit itself controls has as u the voltage of a node between 0 and 1 V, into which a current of
 // control - threshold - hysteresis + 2 hysteresis u flows: it is 1 while that is positive, 0 while it is negative.

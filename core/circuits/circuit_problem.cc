@@ -240,6 +240,7 @@ class Formulation {
     MakeReciprocal(graph_, states_.sign(), pairs.y);
     const Rows outputs = MakeOutputs(made.outputs.names);
 
+    if (absl::Status status = RefuseDerivatives(pairs, outputs); !status.ok()) return status;
     NoteImpulses(outputs);
 
     Problem& problem = made.problem;
@@ -374,6 +375,19 @@ class Formulation {
             WithPlace(ElementAt(graph_.diodes[AsSize(k)].element)) +
             " takes an impulse then, through a loop of capacitors or a cutset of inductors; give the source ramps");
       }
+    }
+    return absl::OkStatus();
+  }
+
+  // A source whose derivative is not known must not drive capacitors or inductors directly.
+  absl::Status RefuseDerivatives(const Rows& pairs, const Rows& outputs) const {
+    for (Index s = 0; s < states_.num_sources(); ++s) {
+      const SourceBranch& source = graph_.sources[AsSize(s)];
+      if (HasDerivative(source.wave) || (pairs.ds.col(s).isZero(0) && outputs.ds.col(s).isZero(0))) continue;
+      return absl::InvalidArgumentError(
+          WithPlace(ElementAt(source.element)) +
+          " is in a loop with capacitors alone, or in a cutset with inductors alone, which needs the derivative of its "
+          "expression: write it as SIN, PULSE, PWL, EXP or SFFM, or put a resistance between them");
     }
     return absl::OkStatus();
   }

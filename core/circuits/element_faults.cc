@@ -74,7 +74,8 @@ std::string FaultOfElement(const Element& element) {
       }
       if (!(model.hysteresis >= 0)) {
         return "a hysteresis of " + NumberText(model.hysteresis) +
-               "; must be at least 0 (a smooth transition is not supported; 0 switches at the threshold)";
+               "; must be at least 0: below it LTspice has a resistance that changes smoothly between the thresholds, "
+               "ngspice one that switches where its control enters them; 0 switches at the threshold";
       }
       if (!std::isfinite(model.threshold)) return "the threshold is not finite";
       return element.body_diode ? FaultOfDiode(*element.body_diode) : "";

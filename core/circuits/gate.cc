@@ -50,7 +50,8 @@ Waveform GateOfPulse(const PulseWave& control, double close, double open, bool s
                      .rise = 0,
                      .fall = 0,
                      .width = last - first,
-                     .period = control.period};
+                     .period = control.period,
+                     .cycles = control.cycles};
   }
   // One change for ever.
   const double level = closes ? close : open;

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/format_number.h"
+#include "core/problem/formula.h"
 
 namespace dlcs {
 namespace {
@@ -46,11 +47,17 @@ std::string Height(const PulseWave& wave) {
   return wave.rise > 0 ? before_end + "*max(0, min(1, " + up + "))" : before_end;
 }
 
+// 0 after the last period, as a factor.
+std::string UpToEnd(const PulseWave& wave) {
+  const double end = wave.delay + wave.cycles * wave.period;
+  return std::isfinite(end) ? "*(t < " + NumberText(end) + ")" : "";
+}
+
 std::string TextOf(const ConstantWave& wave, double) { return NumberText(wave.value); }
 
 std::string TextOf(const PulseWave& wave, double) {
   if (wave.low == wave.high) return NumberText(wave.low);
-  const std::string step = From(wave.delay) + Height(wave);
+  const std::string step = From(wave.delay) + Height(wave) + UpToEnd(wave);
   const double change = wave.high - wave.low;
   return Plus(NumberText(wave.low), change == 1 ? step : Number(change) + "*" + step);
 }
@@ -78,7 +85,24 @@ Line LineAt(const PiecewiseLinearWave& wave, double inside) {
   return {wave.times[k - 1], wave.values[k - 1], (wave.values[k] - wave.values[k - 1]) / length};
 }
 
+// The time in the points of a wave that repeats.
+std::string RepeatedTime(const PiecewiseLinearWave& wave) {
+  const double from = *wave.repeats_from;
+  const std::string period = Number(wave.times.back() - from);
+  if (from == 0) return "(t - " + period + "*floor(t/" + period + "))";
+  const std::string behind = "max(0, t - " + Number(from) + ")";
+  return "(min(t, " + Number(from) + ") + " + behind + " - " + period + "*floor(" + behind + "/" + period + "))";
+}
+
+double ValueAt(const PiecewiseLinearWave& wave, double time) {
+  const Line line = LineAt(wave, time);
+  return line.value + line.slope * (time - line.time);
+}
+
 std::string TextOf(const PiecewiseLinearWave& wave, double inside) {
+  if (wave.repeats_from) {
+    return Plus(NumberText(wave.values.front()), LinesText(wave.times, wave.values, RepeatedTime(wave)));
+  }
   const Line line = LineAt(wave, inside);
   if (line.slope == 0) return NumberText(line.value);
   return Plus(NumberText(line.value), Number(line.slope) + "*" + Since(line.time));
@@ -111,6 +135,8 @@ bool IsClosed(const GateWave& wave, double inside) {
 
 std::string TextOf(const GateWave& wave, double inside) { return IsClosed(wave, inside) ? "1" : "0"; }
 
+std::string TextOf(const FormulaWave& wave, double) { return wave.text; }
+
 std::string Derivative(const ConstantWave&, double) { return "0"; }
 
 std::string Derivative(const PulseWave& wave, double) {
@@ -124,7 +150,8 @@ std::string Derivative(const PulseWave& wave, double) {
     slope = Plus(slope, Number(-change / wave.fall) + "*" + From(wave.delay) + "(" + phase + " >= " + Number(high_end) +
                             ")*(" + phase + " < " + Number(end) + ")");
   }
-  return slope;
+  const std::string up_to_end = UpToEnd(wave);
+  return slope == "0" || up_to_end.empty() ? slope : "(" + slope + ")" + up_to_end;
 }
 
 std::string Derivative(const SineWave& wave, double) {
@@ -141,6 +168,17 @@ std::string Derivative(const SineWave& wave, double) {
 }
 
 std::string Derivative(const PiecewiseLinearWave& wave, double inside) {
+  if (wave.repeats_from) {
+    const std::string time = RepeatedTime(wave);
+    std::string slope = "0";
+    for (std::size_t k = 0; k + 1 < wave.times.size(); ++k) {
+      const double run = wave.times[k + 1] - wave.times[k], rise = wave.values[k + 1] - wave.values[k];
+      if (!(run > 0) || rise == 0) continue;
+      slope = Plus(slope, Number(rise / run) + "*(" + time + " >= " + Number(wave.times[k]) + ")*(" + time + " < " +
+                              Number(wave.times[k + 1]) + ")");
+    }
+    return slope;
+  }
   return NumberText(LineAt(wave, inside).slope);
 }
 
@@ -161,6 +199,8 @@ std::string Derivative(const FrequencyModulatedWave& wave, double) {
 
 std::string Derivative(const GateWave&, double) { return "0"; }
 
+std::string Derivative(const FormulaWave&, double) { return "0"; }
+
 bool IsFinite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }
@@ -173,6 +213,9 @@ std::string Fault(const PulseWave& wave) {
     return "TD, TR, TF and PW of PULSE must be at least 0";
   }
   if (!(wave.period > 0)) return "PER of PULSE is " + NumberText(wave.period) + "; must be above 0";
+  if (!(wave.cycles >= 1) || (std::isfinite(wave.cycles) && wave.cycles != std::floor(wave.cycles))) {
+    return "the number of pulses of PULSE is " + NumberText(wave.cycles) + "; must be a whole number from 1 on";
+  }
   return "";
 }
 
@@ -192,6 +235,10 @@ std::string Fault(const PiecewiseLinearWave& wave) {
              "; times must increase";
     }
   }
+  if (wave.repeats_from && !(*wave.repeats_from >= 0 && *wave.repeats_from < wave.times.back())) {
+    return "PWL repeats from " + NumberText(*wave.repeats_from) + " on; must be at least 0 and before its last time, " +
+           NumberText(wave.times.back());
+  }
   return "";
 }
 
@@ -209,6 +256,11 @@ std::string Fault(const FrequencyModulatedWave& wave) {
              : "a number of SFFM is not finite";
 }
 
+std::string Fault(const FormulaWave& wave) {
+  const double start = StartValue(wave);
+  return std::isfinite(start) && std::isfinite(wave.peak) ? "" : "its expression is not finite at all times";
+}
+
 std::string Fault(const GateWave& wave) { return IsFinite(wave.times) ? "" : "a time is not finite"; }
 
 }  // namespace
@@ -219,7 +271,9 @@ std::string FaultOf(const Waveform& wave) {
 
 std::vector<double> Cuts(const Waveform& wave, double horizon) {
   const std::vector<double>* times = nullptr;
-  if (const auto* line = std::get_if<PiecewiseLinearWave>(&wave)) times = &line->times;
+  if (const auto* line = std::get_if<PiecewiseLinearWave>(&wave); line != nullptr && !line->repeats_from) {
+    times = &line->times;
+  }
   if (const auto* gate = std::get_if<GateWave>(&wave)) times = &gate->times;
   std::vector<double> cuts;
   if (times == nullptr) return cuts;
@@ -232,6 +286,8 @@ std::vector<double> Cuts(const Waveform& wave, double horizon) {
 std::string FormulaNear(const Waveform& wave, double inside) {
   return std::visit([inside](const auto& given) { return TextOf(given, inside); }, wave);
 }
+
+bool HasDerivative(const Waveform& wave) { return !std::holds_alternative<FormulaWave>(wave); }
 
 std::string DerivativeNear(const Waveform& wave, double inside) {
   return std::visit([inside](const auto& given) { return Derivative(given, inside); }, wave);
@@ -252,7 +308,8 @@ bool HasJump(const Waveform& wave, double horizon) {
       const bool same = line->times[k] == line->times[k - 1] && line->values[k] != line->values[k - 1];
       if (same && line->times[k] > 0 && line->times[k] < horizon) return true;
     }
-    return false;
+    return line->repeats_from && line->times.back() < horizon &&
+           ValueAt(*line, *line->repeats_from) != line->values.back();
   }
   return std::holds_alternative<GateWave>(wave) && !Cuts(wave, horizon).empty();
 }
@@ -266,13 +323,15 @@ double StartValue(const Waveform& wave) {
     double operator()(const SineWave& given) const {
       return given.offset + given.amplitude * std::sin(given.phase * std::numbers::pi / 180);
     }
-    double operator()(const PiecewiseLinearWave& given) const {
-      const Line line = LineAt(given, 0);
-      return line.value - line.slope * line.time;
-    }
+    double operator()(const PiecewiseLinearWave& given) const { return ValueAt(given, 0); }
     double operator()(const ExponentialWave& given) const { return given.first; }
     double operator()(const FrequencyModulatedWave& given) const { return given.offset; }
     double operator()(const GateWave& given) const { return IsClosed(given, 0) ? 1 : 0; }
+    double operator()(const FormulaWave& given) const {
+      auto formula = Formula::Parse(given.text);
+      // Not at 0 itself: (t > 0) is 1 from the right.
+      return formula.ok() ? formula->Evaluate(std::numeric_limits<double>::denorm_min()) : std::nan("");
+    }
   };
   return std::visit(Start(), wave);
 }
@@ -294,8 +353,22 @@ double Peak(const Waveform& wave) {
       return std::abs(given.offset) + std::abs(given.amplitude);
     }
     double operator()(const GateWave&) const { return 1; }
+    double operator()(const FormulaWave& given) const { return given.peak; }
   };
   return std::visit(Largest(), wave);
+}
+
+std::string LinesText(const std::vector<double>& x, const std::vector<double>& y, const std::string& argument) {
+  std::string text = "0";
+  for (std::size_t k = 0; k + 1 < x.size(); ++k) {
+    const double run = x[k + 1] - x[k], rise = y[k + 1] - y[k];
+    if (rise == 0) continue;
+    const std::string part = run > 0 ? Number(rise / run) + "*(min(max(" + argument + ", " + NumberText(x[k]) + "), " +
+                                           NumberText(x[k + 1]) + ") - " + Number(x[k]) + ")"
+                                     : Number(rise) + "*(" + argument + " >= " + NumberText(x[k]) + ")";
+    text = Plus(text, part);
+  }
+  return text;
 }
 
 }  // namespace dlcs

@@ -5,6 +5,7 @@
 #define DLCS_CORE_CIRCUITS_WAVEFORM_H_
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -15,13 +16,14 @@ struct ConstantWave {
   double value = 0;
 };
 
-// From `low` at `delay` to `high` within `rise`, for `width`, and back within `fall`; again after each `period`.
-// A ramp of 0 s is a jump. A pulse that is longer than its period jumps back at its end.
+// From `low` at `delay` to `high` within `rise`, for `width`, and back within `fall`; again after each `period`, and
+// `low` after `cycles` of them. A ramp of 0 s is a jump. A pulse that is longer than its period jumps back at its end.
 struct PulseWave {
   double low = 0, high = 0;
   double delay = 0, rise = 0, fall = 0;  // s, >= 0
   double width = 0;                      // s, >= 0
   double period = std::numeric_limits<double>::infinity();
+  double cycles = std::numeric_limits<double>::infinity();  // >= 1, whole
 };
 
 // offset + amplitude e^{-damping (t - delay)} sin(2π frequency (t - delay) + phase) from `delay` on, before it the
@@ -34,10 +36,12 @@ struct SineWave {
   double phase = 0;      // degrees
 };
 
-// Straight lines through points; constant before the first and after the last. Two points at one time are a jump.
+// Straight lines through points; constant before the first and after the last. Two points at one time are a jump. With
+// `repeats_from` what follows that time, up to the last point, is repeated for ever.
 struct PiecewiseLinearWave {
   std::vector<double> times;  // s, not decreasing
   std::vector<double> values;
+  std::optional<double> repeats_from = {};  // s, >= 0, before the last of `times`
 };
 
 // first + (second - first)(1 - e^{-(t - rise_delay)/rise}) from `rise_delay` on, and back from `fall_delay` on.
@@ -60,8 +64,14 @@ struct GateWave {
   std::vector<double> times;  // s, increasing
 };
 
+// A formula in t (core/problem/formula.h). Its derivative is not known.
+struct FormulaWave {
+  std::string text;
+  double peak = 0;  // some bound of its size, for what depends on its order of magnitude alone
+};
+
 using Waveform = std::variant<ConstantWave, PulseWave, SineWave, PiecewiseLinearWave, ExponentialWave,
-                              FrequencyModulatedWave, GateWave>;
+                              FrequencyModulatedWave, GateWave, FormulaWave>;
 
 // What is wrong with the numbers of a waveform; empty if nothing is.
 std::string FaultOf(const Waveform& wave);
@@ -72,6 +82,8 @@ std::vector<double> Cuts(const Waveform& wave, double horizon);
 
 // The waveform between two of its cuts as a formula in t (core/problem/formula.h); `inside` is a time there.
 std::string FormulaNear(const Waveform& wave, double inside);
+// Whether DerivativeNear() knows it.
+bool HasDerivative(const Waveform& wave);
 // Its derivative with respect to t, without the impulses of jumps.
 std::string DerivativeNear(const Waveform& wave, double inside);
 // Whether it jumps in (0, horizon).
@@ -81,6 +93,10 @@ bool HasJump(const Waveform& wave, double horizon);
 double StartValue(const Waveform& wave);
 // A bound of its absolute value for t >= 0.
 double Peak(const Waveform& wave);
+
+// Straight lines through the points (x, y) as a formula of `argument`, a formula: 0 before the first point, the last
+// value after the last one. Two points at one x are a jump, to the second value where `argument` is x.
+std::string LinesText(const std::vector<double>& x, const std::vector<double>& y, const std::string& argument);
 
 }  // namespace dlcs
 

@@ -83,28 +83,14 @@ v1::SolveEnsembleRequest MakeRequest(const SolveCommand& command, const ProblemI
 // Creates a job for the ensemble, and prints its name.
 ExitCode Detach(const EnsembleCommand& command, const ProblemInput& input,
                 const std::vector<v1::EnsembleMember>& members, const CallLimits& limits) {
-  const ServerTarget& named = command.solve.server;
-  const auto client = Connect({.server = named.address.empty() ? ServerAt(kDefaultServer) : named});
-  if (!client.ok()) return PrintError(client.status(), kBadInput);
   v1::CreateEnsembleJobRequest request;
   *request.mutable_ensemble() = input.EnsembleRequest(command.solve.options);
   request.mutable_ensemble()->mutable_members()->Add(members.begin(), members.end());
-  request.mutable_results()->set_extrema(command.extrema);
   if (command.has_deadline) *request.mutable_deadline() = FromNow(command.solve.deadline_s);
   if (!input.is_uploaded()) request.set_title(TruncateUtf8(input.title(), kMaxTitleBytes));
-  const auto job = (*client)->jobs().SubmitEnsemble(std::move(request), limits);
-  if (absl::IsResourceExhausted(job.status()) &&
-      absl::StrContains(job.status().message(), "larger than max")) {  // in the words of gRPC
-    return PrintError(absl::ResourceExhaustedError(fmt::format(
-                          "{}\nthe members do not fit into one message of the server: split {} into several "
-                          "jobs, or run dlcsd with a larger --max-message-bytes",
-                          std::string(job.status().message()), SourceName(command.members_path))),
-                      ExitCodeOf(job.status()));
-  }
-  if (!job.ok()) return PrintCallError(job.status(), input.source(), SourceName(command.members_path));
-  fmt::print("{}\n", job->name());
-  const absl::Status printed = FlushStream(stdout, "standard output");
-  return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);
+  const auto client = ConnectForJobs(command.solve.server);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
+  return SubmitEnsembleJob(command, **client, std::move(request), input.source(), limits);
 }
 
 ExitCode ExitCodeOfSummary(const v1::EnsembleSummary& summary) {
@@ -114,13 +100,31 @@ ExitCode ExitCodeOfSummary(const v1::EnsembleSummary& summary) {
 
 }  // namespace
 
+absl::StatusOr<std::unique_ptr<Client>> ConnectForJobs(const ServerTarget& server) {
+  return Connect({.server = server.address.empty() ? ServerAt(kDefaultServer) : server});
+}
+
+ExitCode SubmitEnsembleJob(const EnsembleCommand& command, Client& client, v1::CreateEnsembleJobRequest request,
+                           const std::string& source, const CallLimits& limits) {
+  request.mutable_results()->set_extrema(command.extrema);
+  const std::string members = command.members_path.empty() ? "" : SourceName(command.members_path);
+  const auto job = client.jobs().SubmitEnsemble(std::move(request), limits);
+  if (absl::IsResourceExhausted(job.status()) &&
+      absl::StrContains(job.status().message(), "larger than max")) {  // in the words of gRPC
+    return PrintError(absl::ResourceExhaustedError(fmt::format(
+                          "{}\nthe members do not fit into one message of the server: split {} into several "
+                          "jobs, or run dlcsd with a larger --max-message-bytes",
+                          std::string(job.status().message()), members.empty() ? source : members)),
+                      ExitCodeOf(job.status()));
+  }
+  if (!job.ok()) return PrintCallError(job.status(), source, members);
+  fmt::print("{}\n", job->name());
+  const absl::Status printed = FlushStream(stdout, "standard output");
+  return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);
+}
+
 ExitCode Run(const EnsembleCommand& command) {
   const SolveCommand& solve = command.solve;
-  if (command.detach && command.members_path.empty()) {
-    return PrintError(absl::InvalidArgumentError(
-                          "--detach: needs a file with members; the points of .step are solved without --detach"),
-                      kBadInput);
-  }
   if (command.detach && !command.extrema && !solve.options.output_times().empty()) {
     return PrintError(absl::InvalidArgumentError("--at: with --detach only the end of each member is kept; with "
                                                  "--extrema the extrema are those of these times and the end"),

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/cli/commands/commands.h"
 #include "client/cli/commands/interrupt.h"
 #include "client/cli/commands/job_commands.h"
 #include "client/rpc/client.h"
@@ -58,6 +59,13 @@ ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLim
 // code that `ensemble` would have. A stop ends the reading, not the job.
 ExitCode PrintEnsemble(JobClient& client, const ResultCommand& command, const v1::SolveJob& job,
                        const CallLimits& limits);
+
+// A client of `server`, or of the default one.
+absl::StatusOr<std::unique_ptr<Client>> ConnectForJobs(const ServerTarget& server);
+// Creates a job for the ensemble in `request`, which lacks its results alone, and prints its name. `source` is the name
+// of the problem in messages.
+ExitCode SubmitEnsembleJob(const EnsembleCommand& command, Client& client, v1::CreateEnsembleJobRequest request,
+                           const std::string& source, const CallLimits& limits);
 
 // The title of a job, or its name.
 std::string TitleOf(const v1::SolveJob& job);

@@ -57,29 +57,44 @@ absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const S
   }
   const auto text = ReadTextFile(path);
   if (!text.ok()) return text.status();
-  if (IsDeck(*text, path)) return std::move(input).ReadDeckText(*text, path, rule);
+  input.source_ = SourceName(path);
+  if (IsDeck(*text, path)) {
+    input.deck_ = *text;
+    input.folder_ = FolderOfDeck(path);
+    input.rule_ = rule;
+    if (absl::Status read = input.ReadDeckText({}); !read.ok()) return read;
+    return input;
+  }
   absl::StatusOr<ProblemFile> file = ParseProblem(*text, SourceName(path), SayTheSame);
   if (!file.ok()) return file.status();
   if (file->nonlinear && rule) {
     return absl::InvalidArgumentError("--rule: a nonlinear problem takes the rule that its g implies");
   }
   if (rule) file->problem.set_rule(*rule);
-  input.source_ = SourceName(path);
   input.file_ = *std::move(file);
   return input;
 }
 
-absl::StatusOr<ProblemInput> ProblemInput::ReadDeckText(const std::string& text, const std::string& path,
-                                                        const std::optional<v1::SolutionRule>& rule) && {
-  auto netlist = ReadNetlist(text, SourceName(path), FolderOfDeck(path), {});
+absl::Status ProblemInput::ReadDeckText(const DeckOptions& options) {
+  auto netlist = ReadNetlist(deck_, source_, folder_, options);
   if (!netlist.ok()) return netlist.status();
-  source_ = SourceName(path);
   file_.problem = std::move(netlist->problem);
   file_.name = std::move(netlist->title);
   notes_ = std::move(netlist->notes);
-  if (rule) file_.problem.set_rule(*rule);
-  return std::move(*this);
+  if (rule_) file_.problem.set_rule(*rule_);
+  return absl::OkStatus();
 }
+
+bool ProblemInput::ReachedLimit(const v1::Summary& summary) const {
+  const auto is_about_limit = [this](const std::string& concern) {
+    return std::ranges::any_of(file_.problem.outputs().limits(), [&](const v1::OutputLimit& limit) {
+      return concern.starts_with(file_.problem.outputs().names(limit.output()) + " reaches its limit");
+    });
+  };
+  return HasLimits() && std::ranges::any_of(summary.verdict().concerns(), is_about_limit);
+}
+
+absl::Status ProblemInput::RaiseLimits(double factor) { return ReadDeckText({.current_limit = factor}); }
 
 absl::Status ProblemInput::FetchUploaded(const CallLimits& limits) {
   if (!is_uploaded()) return absl::OkStatus();

@@ -13,6 +13,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/server_target.h"
 #include "client/files/problem_file.h"
+#include "client/netlist/deck_options.h"
 #include "client/result/backend.h"
 #include "dlcs/v1/problems.pb.h"
 #include "dlcs/v1/solver.pb.h"
@@ -31,6 +32,13 @@ class ProblemInput {
   // Gets the description of an uploaded problem from the server; does nothing for a file. Errors: as
   // ProblemClient::Get().
   absl::Status FetchUploaded(const CallLimits& limits);
+
+  // Of a deck with switches: whether a current of them reached its limit, so that a solve with higher limits may be
+  // another one.
+  bool HasLimits() const { return !deck_.empty() && file_.problem.outputs().limits_size() > 0; }
+  bool ReachedLimit(const v1::Summary& summary) const;
+  // Reads the deck once more, for limits that are `factor` times as large. Errors: none but those of Read().
+  absl::Status RaiseLimits(double factor);
 
   // Prints on standard error what was ignored or assumed when a deck was read.
   void PrintNotes() const;
@@ -53,10 +61,11 @@ class ProblemInput {
   v1::ProblemBody Body() const;
 
  private:
-  absl::StatusOr<ProblemInput> ReadDeckText(const std::string& text, const std::string& path,
-                                            const std::optional<v1::SolutionRule>& rule) &&;
+  absl::Status ReadDeckText(const DeckOptions& options);
 
   std::string source_;
+  std::string deck_, folder_;  // the text of a deck, and where its includes are
+  std::optional<v1::SolutionRule> rule_;
   ProblemFile file_;
   std::string name_;  // empty where it is a file
   ServerTarget server_;

@@ -19,6 +19,7 @@
 #include "client/cli/commands/result_plot.h"
 #include "client/cli/options/solve_option_table.h"
 #include "client/cli/output/atomic_file.h"
+#include "client/cli/output/last_switchings.h"
 #include "client/cli/output/live_view.h"
 #include "client/cli/output/message_json.h"
 #include "client/cli/output/progress_ticker.h"
@@ -59,8 +60,7 @@ std::set<double> EvenTimes(const v1::SolveOptions& options, double horizon, int 
   for (int k = 1; k < intervals; ++k) {
     // Rows of the table have the same bits among the points of a picture.
     const int per_row = intervals / kTableIntervals;
-    const double even =
-        k % per_row == 0 ? horizon * (k / per_row) / kTableIntervals : horizon * k / intervals;
+    const double even = k % per_row == 0 ? horizon * (k / per_row) / kTableIntervals : horizon * k / intervals;
     const double time = NearestNode(options, horizon, std::isfinite(even) ? even : horizon / intervals * k);
     constexpr double kSame = 1e-12;  // as 0 or T, which are there
     if (time > kSame * horizon && time < (1 - kSame) * horizon) times.insert(time);
@@ -102,7 +102,9 @@ SolveResult Thinned(const SolveResult& result, const std::set<double>& times) {
 
 bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1::SolveOptions::GRID_NOT_SET; }
 
-absl::Status Print(const SolveCommand& command, const std::string& name, const SolveResult& result, std::FILE* out) {
+// `is_held`: CSV was not written as it came.
+absl::Status Print(const SolveCommand& command, const std::string& name, const SolveResult& result, bool is_held,
+                   std::FILE* out) {
   switch (command.format) {
     case OutputFormat::kTable:
       PrintPage(name, result, out);
@@ -111,7 +113,9 @@ absl::Status Print(const SolveCommand& command, const std::string& name, const S
       PrintJson(name, result, out);
       break;
     case OutputFormat::kCsv:
-      if (result.times.empty() && result.summary.times() == 0) {
+      if (is_held) {
+        PrintCsv(result, out);
+      } else if (result.times.empty() && result.summary.times() == 0) {
         PrintCsvHeader(result.names, result.states, result.constraints, /*has_w=*/true, out);
       }
       break;  // was written as it came
@@ -145,7 +149,8 @@ const char* Advice(const v1::Summary& summary) {
   }
 }
 
-void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
+void PrintVerdict(const SolveCommand& command, const SolveResult& result) {
+  const v1::Summary& summary = result.summary;
   const bool table_says_it = command.format == OutputFormat::kTable && IsStandardOutput(command.output);
   if (!table_says_it && !command.quiet) {
     for (const std::string& concern : summary.verdict().concerns()) fmt::print(stderr, "dlcs: {}\n", concern);
@@ -159,17 +164,20 @@ void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
   }
   if (Succeeded(summary)) return;
   if (!table_says_it) fmt::print(stderr, "dlcs: {}: {}\n", VerdictText(summary), summary.message());
+  if (const std::string about = AboutLastSwitchings(summary, result.names); !about.empty()) {
+    fmt::print(stderr, "dlcs: {}\n", about);
+  }
   if (const char* advice = Advice(summary)) fmt::print(stderr, "dlcs: {}\n", advice);
 }
 
 // Prints to the file if there is one, to standard output otherwise.
-absl::Status Deliver(const SolveCommand& command, const std::string& name, const SolveResult& result,
+absl::Status Deliver(const SolveCommand& command, const std::string& name, const SolveResult& result, bool is_held,
                      AtomicFile* file) {
   if (file == nullptr) {
-    const absl::Status printed = Print(command, name, result, stdout);
+    const absl::Status printed = Print(command, name, result, is_held, stdout);
     return printed.ok() ? FlushStream(stdout, "standard output") : printed;
   }
-  if (absl::Status printed = Print(command, name, result, file->stream()); !printed.ok()) {
+  if (absl::Status printed = Print(command, name, result, is_held, file->stream()); !printed.ok()) {
     return WithFile(printed, file->path());
   }
   const bool whole = !IsStopped(result.summary.termination());
@@ -187,7 +195,7 @@ std::size_t ColumnsOf(const google::protobuf::RepeatedField<double>& values, con
   return static_cast<std::size_t>(values.size() / std::max(1, chunk.times_size()));
 }
 
-// Writes CSV to `out` as it arrives, so that it may be larger than memory.
+// Writes CSV to `out` as it arrives, so that it may be larger than memory; not where a second solve may replace it.
 absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInput& input,
                                   const v1::SolveRequest& request, Backend& backend, std::FILE* out,
                                   const CallLimits& limits) {
@@ -201,7 +209,7 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                          .nonlinear = input.is_nonlinear(),
                          .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0,
                          .estimates = !command.options.has_estimate_error() || command.options.estimate_error()});
-  const bool as_it_comes = command.format == OutputFormat::kCsv;
+  const bool as_it_comes = command.format == OutputFormat::kCsv && !input.HasLimits();
   DisplayNames names;
   const EventCallback show = [&](const v1::SolveEvent& event) {
     if (!command.quiet) view.OnEvent(event);
@@ -216,6 +224,22 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
   return backend.Solve(
       request, show,
       {.deadline = limits.deadline, .stop = limits.stop, .keep_trajectory = !as_it_comes || !command.plot.empty()});
+}
+
+// Once more, after a switch of a deck reached the largest current of its model: inductors may drive more through it
+// than the sources can.
+absl::StatusOr<SolveResult> SolveWithHigherLimits(const SolveCommand& command, v1::SolveRequest request,
+                                                  ProblemInput& input, Backend& backend, std::FILE* out,
+                                                  const CallLimits& limits) {
+  constexpr double kFactor = 100;
+  if (!command.quiet) {
+    PrintNotice(fmt::format(
+        "a switch reaches the largest current of its model: solved once more, with {:g} times that current", kFactor));
+  }
+  if (absl::Status raised = input.RaiseLimits(kFactor); !raised.ok()) return raised;
+  *request.mutable_problem() = input.SolveRequest({}).problem();
+  if (!request.request_id().empty()) request.set_request_id(NewRequestId());
+  return Watch(command, input, request, backend, out, limits);
 }
 
 }  // namespace
@@ -266,19 +290,26 @@ ExitCode Run(const SolveCommand& command) {
     if (!input->is_uploaded()) request.set_title(TruncateUtf8(input->title(), kMaxTitleBytes));
   }
 
-  auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
+  std::FILE* const stream = *output ? (*output)->stream() : stdout;
+  const auto begin = std::chrono::steady_clock::now();
+  auto result = Watch(command, *input, request, **backend, stream, limits);
+  if (result.ok() && input->ReachedLimit(result->summary)) {
+    const CallLimits left{.deadline = limits.deadline - (std::chrono::steady_clock::now() - begin),
+                          .stop = limits.stop};
+    result = SolveWithHigherLimits(command, std::move(request), *input, **backend, stream, left);
+  }
   if (!result.ok()) return PrintCallError(result.status(), input->source());
 
   const SolveResult thinned = curves ? Thinned(*result, table_times) : SolveResult();
   const SolveResult& shown = curves ? thinned : *result;
-  const absl::Status delivered = Deliver(command, input->title(), shown, output->get());
+  const absl::Status delivered = Deliver(command, input->title(), shown, input->HasLimits(), output->get());
   if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
   if (!command.quiet) {
     const v1::Method used = result->summary.method();
     for (const std::string& line : OptionsWithoutEffect(command.options, used, input->is_nonlinear()))
       PrintNotice(line);
   }
-  PrintVerdict(command, result->summary);
+  PrintVerdict(command, *result);
   if (!command.plot.empty()) {
     const absl::Status drawn = DrawResult(input->title(), *result, command.plot);
     if (!drawn.ok()) return PrintError(drawn, absl::IsInvalidArgument(drawn) ? kBadInput : kServiceFailed);

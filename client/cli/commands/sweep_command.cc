@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ensembles of the points of .step in a deck.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,6 +15,7 @@
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/interrupt.h"
+#include "client/cli/commands/job_support.h"
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/ensemble_output.h"
 #include "client/cli/output/message_json.h"
@@ -21,6 +23,8 @@
 #include "client/files/json_text.h"
 #include "client/netlist/netlist.h"
 #include "proto/shared/known_end.h"
+#include "proto/shared/title_limit.h"
+#include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {
 namespace {
@@ -45,7 +49,7 @@ std::vector<std::vector<std::size_t>> GroupsOf(const std::vector<SweptNetlist>& 
   return groups;
 }
 
-v1::SolveEnsembleRequest RequestOf(const SolveCommand& command, const std::vector<SweptNetlist>& sweep,
+v1::SolveEnsembleRequest RequestOf(const SolveCommand& command, bool detach, const std::vector<SweptNetlist>& sweep,
                                    const std::vector<std::size_t>& group) {
   v1::SolveEnsembleRequest request;
   const v1::Problem& first = sweep[group.front()].netlist.problem;
@@ -65,7 +69,8 @@ v1::SolveEnsembleRequest RequestOf(const SolveCommand& command, const std::vecto
     same_end = false;
   }
   const std::optional<double> end = KnownEnd(command.options, first.horizon());
-  if (command.format == OutputFormat::kTable && same_end && end && command.options.output_times().empty()) {
+  // A table shows the end alone; a job keeps it.
+  if (!detach && command.format == OutputFormat::kTable && same_end && end && command.options.output_times().empty()) {
     request.mutable_options()->add_output_times(*end);
   }
   return request;
@@ -81,6 +86,31 @@ void Add(const v1::EnsembleSummary& part, v1::EnsembleSummary& sum) {
   sum.set_setup_hits(sum.setup_hits() + part.setup_hits());
   sum.set_setup_misses(sum.setup_misses() + part.setup_misses());
   if (!part.message().empty()) sum.set_message(part.message());
+}
+
+// A job for each group of points that share their matrices; prints their names.
+ExitCode DetachSweep(const EnsembleCommand& command, const std::vector<SweptNetlist>& sweep,
+                     const std::string& source) {
+  const SolveCommand& solve = command.solve;
+  const auto client = ConnectForJobs(solve.server);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
+  const Interrupt interrupt;
+  const auto deadline = FromNow(solve.deadline_s);
+  const std::string& title = sweep.front().netlist.title;
+  for (const std::vector<std::size_t>& group : GroupsOf(sweep)) {
+    v1::CreateEnsembleJobRequest request;
+    *request.mutable_ensemble() = RequestOf(solve, /*detach=*/true, sweep, group);
+    if (command.has_deadline) *request.mutable_deadline() = deadline;
+    std::vector<std::string> labels;
+    for (const std::size_t k : group) labels.push_back(sweep[k].label);
+    const std::string labeled = fmt::format("{}: {}", title.empty() ? source : title, fmt::join(labels, "; "));
+    request.set_title(TruncateUtf8(labeled, kMaxTitleBytes));
+    const ExitCode code =
+        SubmitEnsembleJob(command, **client, std::move(request), source,
+                          {.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt.token()});
+    if (code != kSolved) return code;
+  }
+  return kSolved;
 }
 
 }  // namespace
@@ -105,10 +135,12 @@ ExitCode RunSweep(const EnsembleCommand& command) {
   for (const std::string& note : sweep->front().netlist.notes) {
     if (!solve.quiet) PrintNotice(note);
   }
+  if (command.detach) return DetachSweep(command, *sweep, source);
   const auto output = OpenOutput(solve.output, {solve.problem_path});
   if (!output.ok()) return PrintError(output.status(), kBadInput);
   std::FILE* out = *output ? (*output)->stream() : stdout;
   const Interrupt interrupt;
+  const auto begin = std::chrono::steady_clock::now();
   const auto backend = MakeBackend(solve.server, solve.quiet);
   if (!backend.ok()) return PrintError(backend.status(), kBadInput);
 
@@ -126,8 +158,9 @@ ExitCode RunSweep(const EnsembleCommand& command) {
       if (solve.format == OutputFormat::kCsv) PrintMemberCsvLines(shown, out);
     };
     const auto part = (*backend)->SolveEnsemble(
-        RequestOf(solve, *sweep, group), on_member,
-        {.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt.token()});
+        RequestOf(solve, /*detach=*/false, *sweep, group), on_member,
+        {.deadline = std::chrono::duration<double>(solve.deadline_s) - (std::chrono::steady_clock::now() - begin),
+         .stop = interrupt.token()});
     if (!part.ok()) return PrintCallError(part.status(), source);
     Add(*part, summary);
     if (part->stopped() + part->not_begun() > 0) break;

@@ -68,6 +68,17 @@ void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out) {
   }
 }
 
+void PrintCsv(const SolveResult& result, std::FILE* out) {
+  PrintCsvHeader(result.names, result.states, result.constraints, result.times.empty() || result.has_w(), out);
+  for (std::size_t k = 0; k < result.times.size(); ++k) {
+    if (result.has_outputs()) {
+      PrintLine("", result.times[k], {result.outputs_at(k)}, out);
+    } else {
+      PrintLine("", result.times[k], {result.x_at(k), result.y_at(k), result.w_at(k)}, out);
+    }
+  }
+}
+
 void PrintMemberCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, std::FILE* out) {
   fmt::print(out, "member,label,");
   PrintCsvHeader(names, states, constraints, /*has_w=*/true, out);

@@ -21,6 +21,8 @@ std::string CsvField(const std::string& text);
 // come. If there are outputs, they take the place of x, y and w.
 void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w, std::FILE* out);
 void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out);
+// The header and all lines.
+void PrintCsv(const SolveResult& result, std::FILE* out);
 
 // Verdict, trajectory (the outputs if there are any, else x, y and w), measurements and certificate. Columns that do
 // not fit into `width` characters follow in further blocks.

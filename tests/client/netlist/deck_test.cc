@@ -8,7 +8,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 
+#include "core/problem/formula.h"
 #include "tests/support/paths.h"
 
 namespace dlcs::client {
@@ -16,6 +18,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -85,6 +88,43 @@ TEST(DeckTest, ReadsSources) {
   EXPECT_THAT(std::get<PiecewiseLinearWave>(Named(deck, "V3").source).times, ElementsAre(0, 1e-6, 2e-6));
   EXPECT_EQ(std::get<ExponentialWave>(Named(deck, "I1").source).fall, 4e-6);
   EXPECT_EQ(std::get<FrequencyModulatedWave>(Named(deck, "I2").source).carrier, 10e3);
+}
+
+TEST(DeckTest, ReadsSourcesThatRepeat) {
+  const Deck deck = Good(
+      "V1 a 0 PULSE(0 5 0 10n 10n 4u 10u 3)\n"
+      "V2 b 0 PWL(0 0 1u 1 2u 0) r=1u td=5u\n"
+      "V3 c 0 PWL REPEAT FOREVER (0 0 1u 1 2u 0) ENDREPEAT\n"
+      "V4 d 0 PWL(REPEAT FOR {n} (0 0 1u 1 2u 0) ENDREPEAT)\n"
+      "V5 e 0 PWL(0 0 1u 1) r=-1\n"
+      "R1 d 0 1\nR2 c 0 1\nR3 b 0 1\nR4 e 0 1\n.param n=2\n" +
+      std::string(kRest));
+  EXPECT_EQ(std::get<PulseWave>(Named(deck, "V1").source).cycles, 3);
+  const auto line = [&deck](const char* name) { return std::get<PiecewiseLinearWave>(Named(deck, name).source); };
+  EXPECT_THAT(line("V2").times, ElementsAre(DoubleEq(5e-6), DoubleEq(6e-6), DoubleEq(7e-6)));
+  EXPECT_EQ(line("V2").repeats_from, 6e-6);
+  EXPECT_EQ(line("V3").repeats_from, 0);
+  EXPECT_THAT(line("V4").times, ElementsAre(0, 1e-6, 2e-6, 2e-6, 3e-6, 4e-6));
+  EXPECT_EQ(line("V4").repeats_from, std::nullopt);
+  EXPECT_EQ(line("V5").repeats_from, std::nullopt);
+}
+
+TEST(DeckTest, ReadsFunctionsOfTime) {
+  const Deck deck = Good(
+      "B1 a 0 V=5*sin(2*pi*50*time) + (time > 1m ? 2 : 1)\n"
+      "B2 b 0 V={2}*V(a) + time\n"
+      "B3 c 0 V=V(a) > 1k*time ? 5 : 0\n"
+      "R1 b 0 1\nR2 c 0 1\n" +
+      std::string(kRest));
+  const auto& wave = std::get<FormulaWave>(Named(deck, "B1").source);
+  auto formula = Formula::Parse(wave.text);
+  ASSERT_TRUE(formula.ok()) << wave.text;
+  EXPECT_NEAR(formula->Evaluate(0.5e-3), 5 * std::sin(100 * std::numbers::pi * 0.5e-3) + 1, 1e-12);
+  EXPECT_NEAR(formula->Evaluate(2e-3), 5 * std::sin(100 * std::numbers::pi * 2e-3) + 2, 1e-12);
+  // Where voltages are too, what depends on time is a source of its own.
+  EXPECT_EQ(std::get<FormulaWave>(Named(deck, "B2#1").source).text, "t");
+  EXPECT_EQ(Named(deck, "B2").controls.size(), 2u);
+  EXPECT_EQ(Named(deck, "B3#2").controls.size(), 2u);
 }
 
 TEST(DeckTest, MissingRampsAreTstepUnlessEdgesAreIdeal) {
@@ -309,6 +349,14 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("R1 a 0 1k 2k\n" + rest), AllOf(HasSubstr("a.cir:2:11"), HasSubstr("\"2k\"")));
   EXPECT_THAT(Fault("R1 a 0 1,5k\n" + rest), HasSubstr("as in 1.5k"));
   EXPECT_THAT(Fault("R1 a 0 10 k\n" + rest), HasSubstr("as in 10k"));
+  EXPECT_THAT(Fault("V1 a 0 5 V\n" + rest), HasSubstr("the function V is not supported"));
+  EXPECT_THAT(Fault("V1 a 0 5 V\n" + rest), HasSubstr("as in 5V"));
+  EXPECT_THAT(Fault("B1 a 0 V=sqr(V(b))\n" + rest), HasSubstr("sqr of a voltage or current is not linear"));
+  EXPECT_THAT(Fault("B1 a 0 V=V(b)*time\n" + rest), HasSubstr("a function of time is not supported here"));
+  EXPECT_THAT(Fault("B1 a 0 V=V(b) > 1 ? time : 0\n" + rest), HasSubstr("between functions of time"));
+  EXPECT_THAT(Fault("B1 a 0 V=1/time\n" + rest), HasSubstr("not finite"));
+  EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1u 1) r=1u\n" + rest), HasSubstr("before its last time"));
+  EXPECT_THAT(Fault("V1 a 0 PWL REPEAT (0 0 1u 1) ENDREPEAT\n" + rest), HasSubstr("REPEAT FOREVER (...) ENDREPEAT"));
   EXPECT_THAT(Fault("R1 a 0 {Rload}\n" + rest), HasSubstr("at column 1 of \"Rload\": \"Rload\" is no parameter"));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1m 1u\n"), HasSubstr("TSTEP = 0.001 is longer than TSTOP = 1e-06"));
   EXPECT_THAT(Fault("R1 a 0 1k tc1=0.1\n" + rest), HasSubstr("tc1=0.1 is not supported"));
@@ -344,7 +392,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("V1 a 0 PULSE(0 1 0 1u\n" + rest), HasSubstr("\")\" is missing"));
   EXPECT_THAT(Fault("V1 a 0 WAVE(1)\n" + rest), HasSubstr("function WAVE is not supported"));
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1)\n" + rest), HasSubstr("pairs"));
-  EXPECT_THAT(Fault("V1 a 0 PWL REPEAT FOREVER (0 0 1 1) ENDREPEAT\n" + rest), HasSubstr("REPEAT of PWL"));
+  EXPECT_THAT(Fault("V1 a 0 PWL REPEAT FOREVER (0 0 1 1) r=0\n" + rest), HasSubstr("by REPEAT or by r="));
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 +1u 1)\n" + rest), AllOf(HasSubstr("+1u"), HasSubstr("LTspice")));
   EXPECT_THAT(Fault("F1 a 0 R1 2\nR1 a 0 1\n" + rest), HasSubstr("is no voltage source"));
   EXPECT_THAT(Fault("K1 L1 L2 0.5\nL1 a 0 1\n" + rest), HasSubstr("\"L2\" is no inductor"));

@@ -6,6 +6,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/problem/formula.h"
 
@@ -64,11 +67,57 @@ TEST(WaveformTest, LinesAreCutAtTheirPoints) {
   EXPECT_FALSE(HasJump(line, 2));
 }
 
+TEST(WaveformTest, PulsesEndAfterTheirNumber) {
+  const PulseWave pulse{
+      .low = 1, .high = 3, .delay = 0.5, .rise = 0.1, .fall = 0.1, .width = 0.2, .period = 1, .cycles = 2};
+  EXPECT_EQ(ValueAt(pulse, 0.7), 3);
+  EXPECT_EQ(ValueAt(pulse, 1.7), 3);
+  EXPECT_EQ(ValueAt(pulse, 2.7), 1);
+  EXPECT_EQ(ValueAt(pulse, 9.7), 1);
+  EXPECT_THAT(FaultOf(PulseWave{.high = 1, .period = 1, .cycles = 1.5}), ::testing::HasSubstr("whole number"));
+}
+
+TEST(WaveformTest, LinesRepeatFromATimeOn) {
+  const PiecewiseLinearWave whole{.times = {0, 1, 3, 4}, .values = {0, 5, 5, 1}, .repeats_from = 0};
+  EXPECT_TRUE(Cuts(whole, 100).empty());
+  EXPECT_TRUE(HasJump(whole, 10));  // from 1 to 0
+  EXPECT_FALSE(HasJump(whole, 3.5));
+  for (const double start : {0.0, 4.0, 40.0}) {
+    EXPECT_NEAR(ValueAt(whole, start + 0.5), 2.5, 1e-12);
+    EXPECT_NEAR(ValueAt(whole, start + 2), 5, 1e-12);
+    EXPECT_NEAR(ValueAt(whole, start + 3.5), 3, 1e-12);
+  }
+  // The first second is gone through once.
+  const PiecewiseLinearWave tail{.times = {0, 1, 2, 2, 3}, .values = {8, 0, 4, 2, 0}, .repeats_from = 1};
+  EXPECT_NEAR(ValueAt(tail, 0.5), 4, 1e-12);
+  for (const double start : {1.0, 3.0, 21.0}) {
+    EXPECT_NEAR(ValueAt(tail, start + 0.5), 2, 1e-12);
+    EXPECT_NEAR(ValueAt(tail, start + 1.5), 1, 1e-12);
+  }
+  EXPECT_THAT(FaultOf(PiecewiseLinearWave{.times = {0, 1}, .values = {0, 1}, .repeats_from = 1}),
+              ::testing::HasSubstr("before its last time, 1"));
+}
+
+TEST(WaveformTest, AFormulaStartsAtItsLimitFromTheRight) {
+  EXPECT_EQ(StartValue(FormulaWave{"3*(t > 0) + cos(t)", 4}), 4);
+  EXPECT_NE(FaultOf(FormulaWave{"1/t", 1}), "");
+  EXPECT_FALSE(HasDerivative(FormulaWave{"t", 1}));
+}
+
+TEST(WaveformTest, LinesThroughPointsOfAFormula) {
+  const std::string text = LinesText({-1, 0, 0, 2}, {5, 6, 7, 3}, "(2*t)");
+  for (const auto& [t, value] : {std::pair(-2.0, 0.0), {-0.25, 0.5}, {0.25, 1.0}, {1.0, -2.0}, {7.0, -2.0}}) {
+    EXPECT_NEAR(At(text, t), value, 1e-12) << text << " at " << t;
+  }
+}
+
 TEST(WaveformTest, DerivativesAreThoseOfTheFormulas) {
   const std::vector<Waveform> waves = {
       PulseWave{.low = -1, .high = 3, .delay = 0.1, .rise = 0.5, .fall = 1, .width = 1.5, .period = 5},
       SineWave{.offset = 1, .amplitude = 2, .frequency = 0.5, .delay = 0.2, .damping = 0.1, .phase = 30},
+      PulseWave{.high = 3, .delay = 0.1, .rise = 0.5, .fall = 1, .width = 0.5, .period = 2.1, .cycles = 2},
       PiecewiseLinearWave{.times = {1, 2, 4}, .values = {5, 7, -2}},
+      PiecewiseLinearWave{.times = {0, 0.5, 1.1, 1.9}, .values = {2, 5, 7, -2}, .repeats_from = 0.5},
       ExponentialWave{.first = 1, .second = 4, .rise_delay = 0.3, .rise = 0.7, .fall_delay = 2, .fall = 1.2},
       FrequencyModulatedWave{.offset = 1, .amplitude = 2, .carrier = 1.1, .index = 0.4, .signal = 0.3}};
   for (const Waveform& wave : waves) {

@@ -16,6 +16,7 @@ def read_deck(
     *,
     diode: Optional[str] = None,
     diode_current: Optional[float] = None,
+    current_limit: Optional[float] = None,
     ideal_edges: bool = False,
     dlcs: Optional[str] = None,
 ) -> Problem:
@@ -27,7 +28,7 @@ def read_deck(
 
     Args:
       path: the file; includes are looked for below its folder.
-      diode, diode_current, ideal_edges: as the options of `dlcs netlist`.
+      diode, diode_current, current_limit, ideal_edges: as the options of `dlcs netlist`.
       dlcs: the program; by default that in the variable DLCS, or dlcs on the PATH.
     Raises:
       InvalidArgument: the deck has a fault, or something that is not supported; the message has file, line and column.
@@ -42,6 +43,8 @@ def read_deck(
         command += ["--diode", str(diode)]
     if diode_current is not None:
         command += ["--diode-current", repr(float(numbers("diode_current", diode_current, 0)))]
+    if current_limit is not None:
+        command += ["--current-limit", repr(float(numbers("current_limit", current_limit, 0)))]
     if ideal_edges:
         command.append("--ideal-edges")
     try:

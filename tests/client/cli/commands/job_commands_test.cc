@@ -427,6 +427,30 @@ TEST_F(JobCommandsTest, TheDeadlineOfADetachedEnsembleIsThatOfTheJob) {
   EXPECT_NE(late.code, 0);
 }
 
+// Points of a sweep that change sources alone share their matrices, and are one job.
+TEST_F(JobCommandsTest, ASweepIsAJobForEachSetOfMatrices) {
+  const std::string deck = folder_.File("sweep.cir");
+  const std::string circuit = "charger\nV1 a 0 {V}\nR1 a b {R}\nC1 b 0 1u\n.tran 1u 1m uic\n.print v(b)\n";
+  std::ofstream(deck) << circuit << ".step param V list 5 10\n.step param R list 1k 2k\n.end\n";
+  const ProgramOutcome detached = Dlcs("ensemble " + deck + " --tolerance 1e-8 --detach --quiet --deadline 3000");
+  ASSERT_EQ(detached.code, 0) << detached.err;
+  ASSERT_THAT(detached.out, MatchesRegex("jobs/[a-z2-7]+\njobs/[a-z2-7]+\n"));
+  const ProgramOutcome here = RunDlcs("ensemble " + deck + " --tolerance 1e-8 --format csv --at 1e-3 --quiet");
+  ASSERT_EQ(here.code, 0) << here.err;
+  std::istringstream jobs(detached.out);
+  for (std::string job; std::getline(jobs, job);) {
+    EXPECT_EQ(Dlcs("watch " + job).code, 0);
+    EXPECT_THAT(Dlcs("get " + job).out, AllOf(HasSubstr("charger: V="), HasSubstr("2 of 2"), HasSubstr("deadline")));
+    const ProgramOutcome result = Dlcs("result " + job + " --format csv");
+    EXPECT_EQ(result.code, 0) << result.err;
+    for (const std::string label : {"\"V=5, R=1000\"", "\"V=10, R=2000\""}) {
+      if (result.out.find(label) == std::string::npos) continue;
+      EXPECT_THAT(here.out, HasSubstr(label));
+    }
+  }
+  EXPECT_NE(Dlcs("ensemble " + deck + " --detach --quiet --deadline 1e-3").code, 0);
+}
+
 TEST_F(JobCommandsTest, OptionsThatADetachedEnsembleCannotKeepAreRefused) {
   const std::string members = folder_.File("members.csv");
   std::ofstream(members) << "x1\n1\n";
