@@ -209,8 +209,11 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
     step.guard_level += Size(mode.guard, gap->x, slope, gap->f, gap->g);
   }
   // A guard that a layer lifts from zero: at the start the polynomials already are what follows the layer.
-  const Vector at_start = step.guard * LegendreValues(-1),
-               with_layer = at_start + 2 * mode.guard.state * solution.layer;
+  constexpr double kOfLayer = 1e-3;  // the slopes of a layer are no better known
+  const Vector at_start = step.guard * LegendreValues(-1);
+  Vector lift = 2 * mode.guard.state * solution.layer;
+  if (mode.guard.slope.size() > 0) lift += 2 * mode.guard.slope * (mode.dynamics * solution.layer);
+  const Vector with_layer = at_start + lift + kOfLayer * lift.cwiseAbs();
   for (Index i = 0; i < at_start.size(); ++i) {
     if (at_start[i] < -step.guard_level[i] && with_layer[i] >= -step.guard_level[i]) step.guard_level[i] -= at_start[i];
   }
