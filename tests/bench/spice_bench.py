@@ -6,8 +6,8 @@ Usage: spice_bench.py DLCS [CASE...]
 
 Needs ngspice of Debian and numpy. Both programs read the same decks, with diodes as each of them has them. Each is
 compared with its own settled answer: that of `dlcs` with --tolerance 1e-9; that of ngspice with the finest settings
-with which it does not stop with "timestep too small", and how far that is from the one with the next larger step. The
-error is the largest difference of all outputs at 200 times, relative to the largest value of the output. The quickest
+with which it does not stop with "timestep too small", and how far that is from the one with the next finest. The error
+is the largest difference of all outputs at 200 times, relative to the largest value of the output. The quickest
 settings with an error of at most 1e-4 count; of ngspice all of its steps and RELTOLS are tried. Wall time is that of
 the whole program, the best of RUNS, with its results in a binary file; of `dlcs` also that of the solve alone.
 
@@ -157,11 +157,10 @@ def report(dlcs, name):
         case = Case(dlcs, pathlib.Path(folder), name)
         # It may stop with "timestep too small", at any step.
         fine = itertools.product(case.steps, ("1e-6", *reversed(RELTOLS)))
-        answers = ((*settings, case.by_spice(*settings)[1]) for settings in fine)
-        finest, reltol, settled = next(answer for answer in answers if answer[-1] is not None)
-        # That with the next step at which it does not stop.
-        coarser = (case.by_spice(step, reltol)[1] for step in case.steps if step > finest)
-        moved = apart(next(values for values in coarser if values is not None), settled)
+        answers = ((step, case.by_spice(step, reltol)[1]) for step, reltol in fine)
+        good_ones = ((step, values) for step, values in answers if values is not None)
+        finest, settled = next(good_ones)
+        moved = apart(next(good_ones)[1], settled)
         good = []
         for step in [step for step in case.steps if step > finest]:
             for reltol in RELTOLS:
