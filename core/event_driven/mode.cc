@@ -114,6 +114,39 @@ LinearOutput MakeGuard(const Problem& problem, const std::vector<Index>& opposit
   return guard;
 }
 
+// Rows `own` of `factors` may depend on each other in the columns `driving`: then a combination of them is an algebraic
+// equation. Replaces rows by such combinations, with exact zeros in these columns, and returns the matrix that does so,
+// mostly the identity. `summed`: the sizes that the factors were summed from.
+Matrix CombineDependentRows(const std::vector<Index>& own, const std::vector<Index>& driving, const Matrix& summed,
+                            Matrix& factors) {
+  Matrix combine = Matrix::Identity(factors.rows(), factors.rows());
+  std::vector<Index> rows;
+  double rounding = kSingular;
+  for (const Index i : own) {
+    const double size = driving.empty() ? 0 : factors(i, driving).cwiseAbs().maxCoeff();
+    if (size == 0) continue;
+    rows.push_back(i);
+    rounding = std::max(rounding, kSingular * summed(i, driving).maxCoeff() / size);
+  }
+  if (rows.size() < 2) return combine;
+  const Index count = static_cast<Index>(rows.size());
+  const Matrix given = factors(rows, driving);
+  const Equilibration scale = EquilibrateRowsAndColumns(given);
+  const Eigen::FullPivLU<Matrix> lu(Scaled(given, scale));
+  Index rank = 0;
+  while (rank < std::min(count, given.cols()) && std::abs(lu.matrixLU()(rank, rank)) > rounding) ++rank;
+  if (rank == count) return combine;
+  Matrix steps = lu.permutationP() * Matrix(scale.row.asDiagonal());
+  Matrix lower = Matrix::Identity(count, count);
+  lower.leftCols(rank) += lu.matrixLU().leftCols(rank).triangularView<Eigen::StrictlyLower>();
+  steps = lower.triangularView<Eigen::UnitLower>().solve(steps);
+  combine(rows, rows) = steps;
+  const Matrix before = factors(rows, Eigen::all);
+  factors(rows, Eigen::all) = steps * before;
+  for (Index p = rank; p < count; ++p) factors(rows[static_cast<std::size_t>(p)], driving).setZero();
+  return combine;
+}
+
 std::vector<std::complex<double>> Eigenvalues(const PencilForm& form) {
   constexpr double kUndetermined = 64 * std::numeric_limits<double>::epsilon();
   const Index m = form.triangle.rows();
@@ -190,25 +223,32 @@ bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
   Matrix factors = scaled(others, Eigen::all) * inverse;
   const Matrix summed = scaled(others, Eigen::all).cwiseAbs() * inverse.cwiseAbs();
   // What M_SS leaves of differential equations in its own rows where it is singular is rounding.
+  std::vector<Index> own, driving;  // rows of M_SS among the others, differential equations among the pivots
+  for (Index i = 0; i < m; ++i) {
+    if (others[static_cast<std::size_t>(i)] >= m) own.push_back(i);
+  }
+  for (Index p = 0; p < k && pivots[static_cast<std::size_t>(p)] < m; ++p) driving.push_back(p);
+  for (const Index i : own) {
+    for (const Index p : driving) {
+      if (std::abs(factors(i, p)) <= kSingular * summed(i, p)) factors(i, p) = 0;
+    }
+  }
+  const Matrix combine = CombineDependentRows(own, driving, summed, factors);
   std::vector<Index> differential, algebraic;
   for (Index i = 0; i < m; ++i) {
-    bool has_slope = others[static_cast<std::size_t>(i)] < m;
-    for (Index p = 0; p < k && pivots[static_cast<std::size_t>(p)] < m; ++p) {
-      if (others[static_cast<std::size_t>(i)] < m) continue;
-      if (std::abs(factors(i, p)) <= kSingular * summed(i, p)) factors(i, p) = 0;
-      has_slope = has_slope || factors(i, p) != 0;
-    }
+    const bool has_slope = others[static_cast<std::size_t>(i)] < m || (factors(i, driving).array() != 0).any();
     (has_slope ? differential : algebraic).push_back(i);
   }
   const Vector scale_of_pivots = scale(pivots), scale_of_others = scale(others);
   factors = scale_of_others.cwiseInverse().asDiagonal() * factors * scale_of_pivots.asDiagonal();
+  const Matrix sums = scale_of_others.cwiseInverse().asDiagonal() * combine * scale_of_others.asDiagonal();
   std::vector<Index> order = differential;
   order.insert(order.end(), algebraic.begin(), algebraic.end());
   const auto eliminated = [&](const Matrix& rows) {
-    return Matrix(Matrix(rows(others, Eigen::all) - factors * rows(pivots, Eigen::all))(order, Eigen::all));
+    return Matrix(Matrix(sums * rows(others, Eigen::all) - factors * rows(pivots, Eigen::all))(order, Eigen::all));
   };
   const auto terms_of = [&](const Matrix& rows) {
-    return Matrix(Matrix(rows(others, Eigen::all).cwiseAbs() +
+    return Matrix(Matrix(sums.cwiseAbs() * rows(others, Eigen::all).cwiseAbs() +
                          factors.cwiseAbs() * rows(pivots, Eigen::all).cwiseAbs())(order, Eigen::all));
   };
   mode.num_algebraic = static_cast<Index>(algebraic.size());

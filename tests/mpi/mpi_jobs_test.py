@@ -332,9 +332,9 @@ class MpiJobsTest(unittest.TestCase):
 
     def test_a_deadline_gives_what_is_solved(self):
         # What the launcher waits for was not predicted.
-        late = script("late.sh", f"sleep 4\nshift\nexec {LAUNCHER.format(ranks=2)} \"$@\"\n")
+        late = script("late.sh", f"sleep 6\nshift\nexec {LAUNCHER.format(ranks=2)} \"$@\"\n")
         with Server(launcher=f"{late} {{ranks}}") as server:
-            name = server.submit(wall(16), *STEPS, "--steps", "3000", "--at", "0:0.001:1", "--within", "7")
+            name = server.submit(wall(16), *STEPS, "--steps", "7000", "--at", "0:0.001:1", "--within", "10")
             job = server.end(name, 30)
             self.assertEqual(job["state"], "JOB_STATE_FAILED")
             self.assertIn("deadline", job["error"]["message"])
