@@ -170,8 +170,8 @@ absl::StatusOr<Job> JobManager::Cancel(const std::optional<std::string>& owner, 
   if (run->is_shard()) {
     run->Stop(StopCause::kCancelled);
   } else if (job->state == JobState::kCancelling) {
+    run->ReportCancelling();  // first, for the run may end at once
     run->Stop(StopCause::kCancelled);
-    run->ReportCancelling();
   }
   return job;
 }
