@@ -23,8 +23,6 @@ namespace {
 // Below this reciprocal condition number a matrix does not determine y.
 constexpr double kSingular = 1e-12;
 
-double PowerOfTwo(double size) { return size > 0 && std::isfinite(size) ? std::ldexp(1.0, std::ilogb(size)) : 1.0; }
-
 // -matrix⁻¹, absent where it is singular to working precision, in units in which rows and columns are of size one.
 std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
   const Index size = matrix.rows();
@@ -114,37 +112,50 @@ LinearOutput MakeGuard(const Problem& problem, const std::vector<Index>& opposit
   return guard;
 }
 
+// Row rows[p] becomes Σ steps(p, q) row rows[q]. No rows: all stay.
+struct RowCombination {
+  std::vector<Index> rows;
+  Matrix steps;
+};
+
+Matrix Combined(Matrix matrix, const std::vector<Index>& rows, const Matrix& steps) {
+  if (rows.empty()) return matrix;
+  const Matrix chosen = matrix(rows, Eigen::all);
+  matrix(rows, Eigen::all) = steps * chosen;
+  return matrix;
+}
+
 // Rows `own` of `factors` may depend on each other in the columns `driving`: then a combination of them is an algebraic
-// equation. Replaces rows by such combinations, with exact zeros in these columns, and returns the matrix that does so,
-// mostly the identity. `summed`: the sizes that the factors were summed from.
-Matrix CombineDependentRows(const std::vector<Index>& own, const std::vector<Index>& driving, const Matrix& summed,
-                            Matrix& factors) {
-  Matrix combine = Matrix::Identity(factors.rows(), factors.rows());
+// equation. Replaces rows of `factors` by such combinations, with exact zeros in these columns, and returns how; mostly
+// there are none. `summed`: the sizes that the factors were summed from.
+RowCombination CombineDependentRows(const std::vector<Index>& own, const std::vector<Index>& driving,
+                                    const Matrix& summed, Matrix& factors) {
+  if (driving.empty()) return {};
   std::vector<Index> rows;
   double rounding = kSingular;
   for (const Index i : own) {
-    const double size = driving.empty() ? 0 : factors(i, driving).cwiseAbs().maxCoeff();
+    const double size = factors(i, driving).cwiseAbs().maxCoeff();
     if (size == 0) continue;
     rows.push_back(i);
     rounding = std::max(rounding, kSingular * summed(i, driving).maxCoeff() / size);
   }
-  if (rows.size() < 2) return combine;
+  if (rows.size() < 2) return {};
   const Index count = static_cast<Index>(rows.size());
   const Matrix given = factors(rows, driving);
   const Equilibration scale = EquilibrateRowsAndColumns(given);
   const Eigen::FullPivLU<Matrix> lu(Scaled(given, scale));
   Index rank = 0;
   while (rank < std::min(count, given.cols()) && std::abs(lu.matrixLU()(rank, rank)) > rounding) ++rank;
-  if (rank == count) return combine;
-  Matrix steps = lu.permutationP() * Matrix(scale.row.asDiagonal());
+  if (rank == count) return {};
   Matrix lower = Matrix::Identity(count, count);
   lower.leftCols(rank) += lu.matrixLU().leftCols(rank).triangularView<Eigen::StrictlyLower>();
-  steps = lower.triangularView<Eigen::UnitLower>().solve(steps);
-  combine(rows, rows) = steps;
-  const Matrix before = factors(rows, Eigen::all);
-  factors(rows, Eigen::all) = steps * before;
-  for (Index p = rank; p < count; ++p) factors(rows[static_cast<std::size_t>(p)], driving).setZero();
-  return combine;
+  const Matrix permuted = lu.permutationP() * Matrix(scale.row.asDiagonal());
+  RowCombination combination{std::move(rows), lower.triangularView<Eigen::UnitLower>().solve(permuted)};
+  factors = Combined(std::move(factors), combination.rows, combination.steps);
+  for (Index p = rank; p < count; ++p) {
+    factors(combination.rows[static_cast<std::size_t>(p)], driving).setZero();
+  }
+  return combination;
 }
 
 std::vector<std::complex<double>> Eigenvalues(const PencilForm& form) {
@@ -233,7 +244,7 @@ bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
       if (std::abs(factors(i, p)) <= kSingular * summed(i, p)) factors(i, p) = 0;
     }
   }
-  const Matrix combine = CombineDependentRows(own, driving, summed, factors);
+  const RowCombination combination = CombineDependentRows(own, driving, summed, factors);
   std::vector<Index> differential, algebraic;
   for (Index i = 0; i < m; ++i) {
     const bool has_slope = others[static_cast<std::size_t>(i)] < m || (factors(i, driving).array() != 0).any();
@@ -241,15 +252,18 @@ bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
   }
   const Vector scale_of_pivots = scale(pivots), scale_of_others = scale(others);
   factors = scale_of_others.cwiseInverse().asDiagonal() * factors * scale_of_pivots.asDiagonal();
-  const Matrix sums = scale_of_others.cwiseInverse().asDiagonal() * combine * scale_of_others.asDiagonal();
+  const Vector scale_of_combined = scale_of_others(combination.rows);
+  const Matrix steps =
+      scale_of_combined.cwiseInverse().asDiagonal() * combination.steps * scale_of_combined.asDiagonal();
   std::vector<Index> order = differential;
   order.insert(order.end(), algebraic.begin(), algebraic.end());
   const auto eliminated = [&](const Matrix& rows) {
-    return Matrix(Matrix(sums * rows(others, Eigen::all) - factors * rows(pivots, Eigen::all))(order, Eigen::all));
+    const Matrix left = Combined(rows(others, Eigen::all), combination.rows, steps);
+    return Matrix(Matrix(left - factors * rows(pivots, Eigen::all))(order, Eigen::all));
   };
   const auto terms_of = [&](const Matrix& rows) {
-    return Matrix(Matrix(sums.cwiseAbs() * rows(others, Eigen::all).cwiseAbs() +
-                         factors.cwiseAbs() * rows(pivots, Eigen::all).cwiseAbs())(order, Eigen::all));
+    const Matrix left = Combined(rows(others, Eigen::all).cwiseAbs(), combination.rows, steps.cwiseAbs());
+    return Matrix(Matrix(left + factors.cwiseAbs() * rows(pivots, Eigen::all).cwiseAbs())(order, Eigen::all));
   };
   mode.num_algebraic = static_cast<Index>(algebraic.size());
   mode.row_of_state.assign(static_cast<std::size_t>(m), -1);

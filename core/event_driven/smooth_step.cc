@@ -197,8 +197,8 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   if ((stiffness.array() > kForgets).any()) step.guard_noise += RowMaxAbs(mode.guard.state * magnitudes.rounding);
   step.guard_tail = EstimateTail(step.guard, guard_coefficients);
   const Vector guard_size = SizeOf(step.guard);
-  step.guard_error =
-      step.guard_tail + 2 * (mode.guard.state * solution.layer).cwiseAbs() + AbsTimes(mode.guard.g, sources.g_error);
+  Vector lift = 2 * mode.guard.state * solution.layer;  // what the layer adds to the guards at the start
+  step.guard_error = step.guard_tail + lift.cwiseAbs() + AbsTimes(mode.guard.g, sources.g_error);
   if (mode.guard.f.size() > 0) step.guard_error += AbsTimes(mode.guard.f, sources.f_error);
   const Allowed allowed = AllowedErrors(mode, step, x_size, guard_size, magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
@@ -210,12 +210,13 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   }
   // A guard that a layer lifts from zero: at the start the polynomials already are what follows the layer.
   constexpr double kOfLayer = 1e-3;  // the slopes of a layer are no better known
-  const Vector at_start = step.guard * LegendreValues(-1);
-  Vector lift = 2 * mode.guard.state * solution.layer;
   if (mode.guard.slope.size() > 0) lift += 2 * mode.guard.slope * (mode.dynamics * solution.layer);
-  const Vector with_layer = at_start + lift + kOfLayer * lift.cwiseAbs();
+  lift += kOfLayer * lift.cwiseAbs();
+  const Vector at_start = step.guard * LegendreValues(-1);
   for (Index i = 0; i < at_start.size(); ++i) {
-    if (at_start[i] < -step.guard_level[i] && with_layer[i] >= -step.guard_level[i]) step.guard_level[i] -= at_start[i];
+    if (at_start[i] < -step.guard_level[i] && at_start[i] + lift[i] >= -step.guard_level[i]) {
+      step.guard_level[i] -= at_start[i];
+    }
   }
   return step;
 }

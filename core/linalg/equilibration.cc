@@ -205,6 +205,8 @@ Equilibration EquilibrateRowsAndColumns(const Matrix& M) {
           PowersOfTwo(tree.column() + Rounded(start_column + column))};
 }
 
+double PowerOfTwo(double size) { return size > 0 && std::isfinite(size) ? std::ldexp(1.0, std::ilogb(size)) : 1.0; }
+
 Matrix Scaled(const Matrix& M, const Equilibration& scale) {
   Matrix scaled(M.rows(), M.cols());
   for (Index j = 0; j < M.cols(); ++j) {

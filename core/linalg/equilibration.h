@@ -32,6 +32,9 @@ struct Equilibration {
 };
 Equilibration EquilibrateRowsAndColumns(const Matrix& M);
 
+// The largest power of two that is not above `size`; one for zero and for what is not finite.
+double PowerOfTwo(double size);
+
 // R M C.
 Matrix Scaled(const Matrix& M, const Equilibration& scale);
 

@@ -9,6 +9,7 @@
 
 #include "core/linalg/balance.h"
 #include "core/linalg/decompositions.h"
+#include "core/linalg/equilibration.h"
 #include "core/linalg/graded_schur.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
@@ -16,8 +17,6 @@
 
 namespace dlcs {
 namespace {
-
-double PowerOfTwo(double size) { return size > 0 && std::isfinite(size) ? std::ldexp(1.0, std::ilogb(size)) : 1.0; }
 
 // F - σE with columns in `units`, its rows scaled to size one, and the factors of that.
 struct Shifted {
