@@ -108,15 +108,12 @@ bool SourceSampler::Probe(StepSources& step) {
   return raised;
 }
 
-std::optional<double> SourceSampler::FindKink(double begin, double end) {
+std::optional<double> SourceSampler::FindKink(const StepSources& step) {
   constexpr double kSmooth = 1e-13;
   constexpr double kNarrow = 1e-6;
-  StepSources part;
-  Sample(begin, end, part);
-  if (!part.finite) return std::nullopt;
-  const Vector f_size = part.f_size, g_size = part.g_size;
-  const auto roughness = [&](double from, double to) {
-    Sample(from, to, part);
+  constexpr double kDecays = 1.0 / 256;
+  if (!step.finite) return std::nullopt;
+  const auto roughness_of = [&step](const StepSources& part) {
     const auto largest = [](const LegendreSeries& series, const Vector& error, const Vector& size) {
       const Vector tail = EstimateTail(series) + error;
       double ratio = 0;
@@ -125,8 +122,16 @@ std::optional<double> SourceSampler::FindKink(double begin, double end) {
       }
       return ratio;
     };
-    return NanMax(largest(part.f, part.f_error, f_size), largest(part.g, part.g_error, g_size));
+    return NanMax(largest(part.f, part.f_error, step.f_size), largest(part.g, part.g_error, step.g_size));
   };
+  double whole = roughness_of(step);
+  if (whole <= kSmooth) return std::nullopt;
+  StepSources part;
+  const auto roughness = [&](double from, double to) {
+    Sample(from, to, part);
+    return roughness_of(part);
+  };
+  const double begin = step.begin, end = step.begin + step.length;
   const double narrow = kNarrow * (end - begin);
   double from = begin, to = end;
   while (true) {
@@ -139,6 +144,10 @@ std::optional<double> SourceSampler::FindKink(double begin, double end) {
       if (to - from > narrow) return std::nullopt;
       return WhereTheyMeet(begin, from, to, end);
     }
+    // A kink in f' remains half as large, one in f'' a quarter; nothing is left of an oscillation.
+    const double rougher = std::max(left, right);
+    if (rougher < kDecays * whole) return std::nullopt;
+    whole = rougher;
     (left >= right ? to : from) = middle;
   }
   return to - from <= narrow ? std::optional<double>(to) : std::nullopt;

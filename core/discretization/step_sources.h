@@ -44,10 +44,10 @@ class SourceSampler {
   // whether anything changed. This finds short pulses between the nodes.
   bool Probe(StepSources& step);
 
-  // A time in (begin, end] at which f or g has a kink or a jump, if both are smooth elsewhere in the interval; of
+  // A time inside `step`, or its end, at which f or g has a kink or a jump, if both are smooth elsewhere in the step; of
   // several, the strongest one. None if they are smooth, or smooth nowhere. Found by bisection with about a thousand
   // values: a jump to one ulp, a kink to the rounding of the source.
-  std::optional<double> FindKink(double begin, double end);
+  std::optional<double> FindKink(const StepSources& step);
 
   // Checks the sources of `step` at the position `s` instead of check_s; errors found before are kept.
   void MoveCheck(double s, StepSources& step);

@@ -388,7 +388,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Shorten(double length) {
   const bool may_be_kink =
       ++rejected_in_a_row_ == kManyRejected || (rejected_in_a_row_ == 1 && step_.error_ratio > kNotSmooth);
   if (may_be_kink && !kink_) {
-    kink_ = sampler_.FindKink(t_, t_ + sources_.length);
+    kink_ = sampler_.FindKink(sources_);
     if (kink_ && *kink_ - t_ <= shortest) kink_.reset();
     if (kink_) length_ = std::max(length_, *kink_ - t_);
   }

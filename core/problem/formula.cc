@@ -61,7 +61,7 @@ double Formula::RoundingAt(double t) {
   const FormulaTree& tree = analyzed_->tree;
   if (!enclosure_) enclosure_ = std::make_unique<FormulaEnclosure>(tree);
   const auto rounding_at = [&](double time) {
-    enclosure_->Evaluate(time, time, time);
+    enclosure_->EvaluateAt(time);
     return enclosure_->value_at_middle(static_cast<int>(tree.steps.size()) - 1).width() / 2;
   };
   if (has_intervals_) EnterIntervalOf(t, Side::kRight);

@@ -89,15 +89,16 @@ Enclosure EncloseSwitch(FormulaOperation operation, const Enclosure& a, const En
 FormulaEnclosure::FormulaEnclosure(const FormulaTree& tree, bool numbers_are_rounded)
     : tree_(tree),
       all_(tree.steps.size()),
-      middle_(tree.steps.size()),
       deciders_(tree.steps.size()),
+      middle_(tree.steps.size()),
       middle_deciders_(tree.steps.size()) {
   for (std::size_t i = 0; i < tree.steps.size(); ++i) {
     const FormulaStep& step = tree.steps[i];
     if (step.operation == kNumber) {
       Interval number = std::isfinite(step.number) ? Interval{step.number, step.number} : Interval::Nothing();
       if (numbers_are_rounded && step.number != std::floor(step.number)) number = Widened(step.number, step.number);
-      all_[i] = middle_[i] = {number, {}};
+      all_[i] = {number, {}};
+      middle_[i] = number;
     } else if (step.operation == kTime) {
       time_ = static_cast<int>(i);
     } else if (step.of_time_alone) {
@@ -107,9 +108,8 @@ FormulaEnclosure::FormulaEnclosure(const FormulaTree& tree, bool numbers_are_rou
 }
 
 void FormulaEnclosure::Evaluate(double lo, double middle, double hi) {
-  middle_time_ = middle;
-  EncloseAll({middle, middle}, true);
-  EncloseAll({lo, hi}, false);
+  EvaluateAt(middle);
+  EncloseAll({lo, hi}, Interval{lo, hi} - Interval{middle, middle});
 }
 
 bool FormulaEnclosure::IsDecided(FormulaOperation operation, Interval d) {
@@ -119,105 +119,157 @@ bool FormulaEnclosure::IsDecided(FormulaOperation operation, Interval d) {
   return d.lo >= 0 || d.hi <= 0;
 }
 
-void FormulaEnclosure::EncloseAll(Interval t, bool at_middle) {
-  std::vector<Enclosure>& known = at_middle ? middle_ : all_;
-  std::vector<Enclosure>& deciders = at_middle ? middle_deciders_ : deciders_;
-  const Interval from_middle = t - Interval{middle_time_, middle_time_};
-  // f(t) is in f(middle) + f'(all of t)(t - middle).
-  const auto narrow = [&](Enclosure& enclosure, Interval middle) {
-    if (at_middle || !enclosure.slope.is_bounded() || middle.is_empty() || enclosure.value.is_empty()) return;
-    enclosure.value = Meet(enclosure.value, middle + enclosure.slope * from_middle);
-  };
-  bool singular = false;
-  if (time_ >= 0) known[static_cast<std::size_t>(time_)] = {t, kOne};
+void FormulaEnclosure::EvaluateAt(double t) {
+  singular_at_middle_ = false;
+  if (time_ >= 0) middle_[static_cast<std::size_t>(time_)] = {t, t};
   for (const int index : computed_) {
     const auto i = static_cast<std::size_t>(index);
     const FormulaStep& step = tree_.steps[i];
+    const Interval a = middle_[static_cast<std::size_t>(step.a)];
+    const Interval b = middle_[static_cast<std::size_t>(step.b < 0 ? step.a : step.b)];
     if (!IsSwitch(step.operation)) {
-      known[i] = EncloseStep(step, known);
-      narrow(known[i], middle_[i].value);
+      middle_[i] = ValueOfStep(step, a, b);
     } else {
-      const Enclosure& a = known[static_cast<std::size_t>(step.a)];
-      const Enclosure& b = known[static_cast<std::size_t>(step.b < 0 ? step.a : step.b)];
-      Enclosure& decider = deciders[i];
+      Interval& decider = middle_deciders_[i];
+      if (step.b < 0) {
+        decider = a;
+      } else if (step.a == step.b) {
+        decider = a.is_empty() ? a : Interval{};
+      } else {
+        decider = a - b;
+      }
+      middle_[i] = EncloseSwitch(step.operation, {a, {}}, {b, {}}, decider).value;
+    }
+    singular_at_middle_ = singular_at_middle_ || !middle_[i].is_bounded();
+  }
+}
+
+void FormulaEnclosure::EncloseAll(Interval t, Interval from_middle) {
+  // f(t) is in f(middle) + f'(all of t)(t - middle).
+  const auto narrow = [&](Enclosure& enclosure, Interval middle) {
+    if (!enclosure.slope.is_bounded() || middle.is_empty() || enclosure.value.is_empty()) return;
+    enclosure.value = Meet(enclosure.value, middle + enclosure.slope * from_middle);
+  };
+  singular_ = false;
+  if (time_ >= 0) all_[static_cast<std::size_t>(time_)] = {t, kOne};
+  for (const int index : computed_) {
+    const auto i = static_cast<std::size_t>(index);
+    const FormulaStep& step = tree_.steps[i];
+    const Enclosure& a = all_[static_cast<std::size_t>(step.a)];
+    const Enclosure& b = all_[static_cast<std::size_t>(step.b < 0 ? step.a : step.b)];
+    if (!IsSwitch(step.operation)) {
+      const Interval value = ValueOfStep(step, a.value, b.value);
+      all_[i] = {value, SlopeOfStep(step, a, b, value)};
+      narrow(all_[i], middle_[i]);
+    } else {
+      Enclosure& decider = deciders_[i];
       if (step.b < 0) {
         decider = a;
       } else if (step.a == step.b) {
         decider = a.value.is_empty() ? a : Enclosure{};
       } else {
         decider = {a.value - b.value, a.slope - b.slope};
-        narrow(decider, middle_deciders_[i].value);
+        narrow(decider, middle_deciders_[i]);
       }
-      known[i] = EncloseSwitch(step.operation, a, b, decider.value);
+      all_[i] = EncloseSwitch(step.operation, a, b, decider.value);
     }
-    singular = singular || !known[i].value.is_bounded();
+    singular_ = singular_ || !all_[i].value.is_bounded();
   }
-  (at_middle ? singular_at_middle_ : singular_) = singular;
 }
 
-Enclosure FormulaEnclosure::EncloseStep(const FormulaStep& step, const std::vector<Enclosure>& known) const {
-  const Enclosure& a = known[static_cast<std::size_t>(step.a)];
-  const Enclosure& b = known[static_cast<std::size_t>(step.b < 0 ? step.a : step.b)];
-  const Interval u = a.value, du = a.slope, v = b.value, dv = b.slope;
+Interval FormulaEnclosure::ValueOfStep(const FormulaStep& step, Interval u, Interval v) {
   switch (step.operation) {
     case kNegate:
-      return {-u, -du};
+      return -u;
     case kAdd:
-      return {u + v, du + dv};
+      return u + v;
     case kSubtract:
-      return step.a == step.b && u.is_bounded() ? Enclosure{} : Enclosure{u - v, du - dv};
+      return step.a == step.b && u.is_bounded() ? Interval{} : u - v;
     case kMultiply:
-      return step.a == step.b ? Enclosure{Square(u), Interval{2, 2} * u * du} : Enclosure{u * v, du * v + u * dv};
-    case kDivide: {
-      const Interval quotient = u / v;
-      return {quotient, (du - quotient * dv) / v};
-    }
-    case kPower: {
-      const Interval power = Power(u, v);
-      if (v.is_number() && dv.is_zero()) return {power, v * Power(u, {v.lo - 1, v.lo - 1}) * du};
-      return {power, power * (dv * Logarithm(u, std::log) + v * du / u)};
-    }
+      return step.a == step.b ? Square(u) : u * v;
+    case kDivide:
+      return u / v;
+    case kPower:
+      return Power(u, v);
     case kSin:
-      return {Sine(u), Cosine(u) * du};
+      return Sine(u);
     case kCos:
-      return {Cosine(u), -Sine(u) * du};
-    case kTan: {
-      const Interval tangent = Tangent(u);
-      return {tangent, (kOne + Square(tangent)) * du};
-    }
+      return Cosine(u);
+    case kTan:
+      return Tangent(u);
     case kAsin:
-      return {IncreasingWithin<std::asin>(u, -1, 1), du / SquareRoot(NotNegative(kOne - Square(u)))};
+      return IncreasingWithin<std::asin>(u, -1, 1);
     case kAcos:
-      return {Interval{std::acos(-1.0) / 2, RoundUp(std::acos(-1.0) / 2)} - IncreasingWithin<std::asin>(u, -1, 1),
-              -(du / SquareRoot(NotNegative(kOne - Square(u))))};
+      return Interval{std::acos(-1.0) / 2, RoundUp(std::acos(-1.0) / 2)} - IncreasingWithin<std::asin>(u, -1, 1);
     case kAtan:
-      return {Increasing<std::atan>(u), du / (kOne + Square(u))};
+      return Increasing<std::atan>(u);
     case kSinh:
-      return {Increasing<std::sinh>(u),
-              Hull(kOne, Increasing<std::cosh>({0, std::max(std::abs(u.lo), std::abs(u.hi))})) * du};
+      return Increasing<std::sinh>(u);
     case kCosh: {
       const double most = std::max(std::abs(u.lo), std::abs(u.hi));
       const double least = u.Contains(0) ? 0 : std::min(std::abs(u.lo), std::abs(u.hi));
-      return {Increasing<std::cosh>({least, most}), Increasing<std::sinh>(u) * du};
+      return Increasing<std::cosh>({least, most});
     }
-    case kTanh: {
-      const Interval tangent = Increasing<std::tanh>(u);
-      return {tangent, NotNegative(kOne - Square(tangent)) * du};
-    }
-    case kExp: {
-      const Interval value = NotNegative(Increasing<std::exp>(u));
-      return {value, value * du};
-    }
+    case kTanh:
+      return Increasing<std::tanh>(u);
+    case kExp:
+      return NotNegative(Increasing<std::exp>(u));
     case kLog:
-      return {Logarithm(u, std::log), du / u};
+      return Logarithm(u, std::log);
     case kLog10:
-      return {Logarithm(u, std::log10), du / (u * Interval{std::log(10.0), RoundUp(std::log(10.0))})};
-    case kSqrt: {
-      const Interval root = SquareRoot(u);
-      return {root, du / (Interval{2, 2} * root)};
-    }
+      return Logarithm(u, std::log10);
+    case kSqrt:
+      return SquareRoot(u);
     default:
-      return {Interval::Everything(), Interval::Everything()};
+      return Interval::Everything();
+  }
+}
+
+Interval FormulaEnclosure::SlopeOfStep(const FormulaStep& step, const Enclosure& a, const Enclosure& b,
+                                       Interval value) {
+  const Interval u = a.value, du = a.slope, v = b.value, dv = b.slope;
+  switch (step.operation) {
+    case kNegate:
+      return -du;
+    case kAdd:
+      return du + dv;
+    case kSubtract:
+      return step.a == step.b && u.is_bounded() ? Interval{} : du - dv;
+    case kMultiply:
+      return step.a == step.b ? Interval{2, 2} * u * du : du * v + u * dv;
+    case kDivide:
+      return (du - value * dv) / v;
+    case kPower:
+      if (v.is_number() && dv.is_zero()) return v * Power(u, {v.lo - 1, v.lo - 1}) * du;
+      return value * (dv * Logarithm(u, std::log) + v * du / u);
+    case kSin:
+      return Cosine(u) * du;
+    case kCos:
+      return -Sine(u) * du;
+    case kTan:
+      return (kOne + Square(value)) * du;
+    case kAsin:
+      return du / SquareRoot(NotNegative(kOne - Square(u)));
+    case kAcos:
+      return -(du / SquareRoot(NotNegative(kOne - Square(u))));
+    case kAtan:
+      return du / (kOne + Square(u));
+    case kSinh:
+      return Hull(kOne, Increasing<std::cosh>({0, std::max(std::abs(u.lo), std::abs(u.hi))})) * du;
+    case kCosh:
+      return Increasing<std::sinh>(u) * du;
+    case kTanh:
+      return NotNegative(kOne - Square(value)) * du;
+    case kExp:
+      return value * du;
+    case kLog:
+      return du / u;
+    case kLog10:
+      return du / (u * Interval{std::log(10.0), RoundUp(std::log(10.0))});
+    case kSqrt:
+      return du / (Interval{2, 2} * value);
+    default:
+      return Interval::Everything();
   }
 }
 

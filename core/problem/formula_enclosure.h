@@ -26,15 +26,17 @@ class FormulaEnclosure {
   // Encloses all steps over [lo, hi]. Values at `middle`, between them, make the enclosures narrower by the mean value
   // theorem. Cost: about 50 ns per step.
   void Evaluate(double lo, double middle, double hi);
+  // Encloses only the values at `t`, those "at middle": a fifth of the cost.
+  void EvaluateAt(double t);
 
   // The enclosure of the quantity that decides the switch `step`: the difference of its operands, or its operand.
   const Enclosure& decider(int step) const { return deciders_[static_cast<std::size_t>(step)]; }
-  Interval decider_at_middle(int step) const { return middle_deciders_[static_cast<std::size_t>(step)].value; }
+  Interval decider_at_middle(int step) const { return middle_deciders_[static_cast<std::size_t>(step)]; }
   // Whether the switch is decided over the interval; for floor, whether its operand crosses no integer.
   static bool IsDecided(FormulaOperation operation, Interval decider);
 
   Interval value(int step) const { return all_[static_cast<std::size_t>(step)].value; }
-  Interval value_at_middle(int step) const { return middle_[static_cast<std::size_t>(step)].value; }
+  Interval value_at_middle(int step) const { return middle_[static_cast<std::size_t>(step)]; }
   // Whether some step may have no finite value.
   bool is_singular() const { return singular_; }
   bool is_singular_at_middle() const { return singular_at_middle_; }
@@ -42,14 +44,17 @@ class FormulaEnclosure {
   const std::vector<int>& computed() const { return computed_; }
 
  private:
-  void EncloseAll(Interval t, bool at_middle);
-  Enclosure EncloseStep(const FormulaStep& step, const std::vector<Enclosure>& known) const;
+  // `from_middle` is t - middle.
+  void EncloseAll(Interval t, Interval from_middle);
+  // Of a step that is no switch, for its operands; the slope also takes the value of the step.
+  static Interval ValueOfStep(const FormulaStep& step, Interval u, Interval v);
+  static Interval SlopeOfStep(const FormulaStep& step, const Enclosure& a, const Enclosure& b, Interval value);
 
   const FormulaTree& tree_;
   std::vector<int> computed_;  // steps that depend on t alone and are not t itself
   int time_ = -1;
-  double middle_time_ = 0;
-  std::vector<Enclosure> all_, middle_, deciders_, middle_deciders_;
+  std::vector<Enclosure> all_, deciders_;
+  std::vector<Interval> middle_, middle_deciders_;
   bool singular_ = false, singular_at_middle_ = false;
 };
 

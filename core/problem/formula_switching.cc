@@ -262,7 +262,7 @@ class Search {
   // Where the monotone operand of switch `i` passes `level`, to the last bit; an end of `range` where that is nearest.
   double Crossing(int i, Range range, double level, bool increasing) {
     const auto is_at_level = [&](double t) {
-      enclosure_at_end_.Evaluate(t, t, t);
+      enclosure_at_end_.EvaluateAt(t);
       return enclosure_at_end_.decider_at_middle(i).Contains(level);
     };
     // max(0, sin(t + pi)) switches at 0, but for rounding.
@@ -358,7 +358,7 @@ class Search {
     for (int k = 0; k < kMaxSamples && distance > 16 * (range.hi - range.lo); ++k, distance /= 4) {
       const double t = target + direction * distance;
       if (t < begin_ || t > end_) continue;
-      enclosure_.Evaluate(t, t, t);
+      enclosure_.EvaluateAt(t);
       work_ += static_cast<double>(enclosure_.computed().size());
       const Interval at = enclosure_.value_at_middle(root);
       if (!at.is_bounded()) {
