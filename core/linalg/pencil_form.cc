@@ -42,19 +42,23 @@ Shifted ChooseShift(const Matrix& E, const Matrix& F, double duration) {
   return best;
 }
 
-// Joins the blocks, in [begins[b], begins[b + 1]), that `rows` have entries in, and those between them. Returns the
-// joined block, or -1 if there are no entries.
-Index JoinBlocksOf(const Matrix& rows, std::vector<Index>& begins) {
-  const auto has_entry = [&](Index b) {
-    return (rows.middleCols(begins[b], begins[b + 1] - begins[b]).array() != 0).any();
-  };
+// Joins the blocks that `rows` have entries in, and those between them, each in the units that it came in: Balance()
+// scales blocks against each other by what couples them alone, by 2^55 where a block is zero, and then rows that differ
+// in one of them would be the same to rounding. Returns the joined block, or -1 if there are no entries.
+Index JoinBlocksOf(const Matrix& rows, BalancedMatrix& balanced) {
+  std::vector<Index>& begins = balanced.begins;
   Index first = -1, last = -1;
-  for (Index b = 0; b + 1 < static_cast<Index>(begins.size()); ++b) {
-    if (!has_entry(b)) continue;
+  for (Index b = 0; b < balanced.num_blocks(); ++b) {
+    if (rows.middleCols(begins[b], balanced.size_of_block(b)).isZero(0)) continue;
     if (first < 0) first = b;
     last = b;
   }
-  if (first >= 0) begins.erase(begins.begin() + first + 1, begins.begin() + last + 1);
+  if (first == last) return first;
+  for (Index b = first; b <= last; ++b) {
+    const int unit = balanced.exponents[begins[b]];
+    for (Index k = begins[b]; k < begins[b + 1]; ++k) balanced.exponents[k] -= unit;
+  }
+  begins.erase(begins.begin() + first + 1, begins.begin() + last + 1);
   return first;
 }
 
@@ -83,7 +87,7 @@ std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, In
   BalancedMatrix balanced = Balance((G.array().abs() <= kRounding * terms.array()).select(0, G));
   const std::vector<Index>& order = balanced.order;
   const Matrix algebraic = F.bottomRows(num_algebraic)(Eigen::all, order);
-  const Index constrained = JoinBlocksOf(algebraic, balanced.begins);
+  const Index constrained = JoinBlocksOf(algebraic, balanced);
   if (num_algebraic > 0 && constrained < 0) return std::nullopt;
   Vector further(m);
   for (Index k = 0; k < m; ++k) further[k] = std::ldexp(1.0, balanced.exponents[k]);

@@ -126,6 +126,25 @@ TEST(NetlistTest, AThyristorOfSwitchesFiresInEveryPeriod) {
   EXPECT_NEAR(measured[0]["value"].get<double>(), measured[1]["value"].get<double>(), 1e-4);
 }
 
+// A phase that does not conduct leaves two algebraic rows that differ in its current alone.
+TEST(NetlistTest, AThreePhaseRectifierBehindInductancesHasNoCoupledSteps) {
+  const auto result = Solved(
+      "Va a1 0 SIN(0 325 50 0 0 0)\nVb b1 0 SIN(0 325 50 0 0 -120)\nVc c1 0 SIN(0 325 50 0 0 -240)\nLa a1 a 1m\n"
+      "Lb b1 b 1m\nLc c1 c 1m\nD1 a p D\nD3 b p D\nD5 c p D\nD4 n a D\nD6 n b D\nD2 n c D\nR1 p q 10\nL1 q n 20m\n"
+      "Rn n 0 1Meg\n.model D D(VFWD=0.03 RON=11m)\n.tran 10u 80m uic\n"
+      ".meas tran mean AVG i(L1) FROM=60m TO=80m\n.meas tran volts AVG v(p,n) FROM=60m TO=80m\n",
+      "--at 0.08");
+  EXPECT_EQ(result["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  EXPECT_EQ(result["summary"]["method"], "METHOD_EVENT_DRIVEN");
+  EXPECT_EQ(result["summary"]["cost"]["coupled_steps"], 0);
+  const double amperes = result["summary"]["measurements"][0]["value"],
+               volts = result["summary"]["measurements"][1]["value"];
+  EXPECT_NEAR(volts, 10 * amperes, 0.01 * volts);
+  // With a direct current each of six commutations a period takes L I from the integral of the voltage.
+  const double pi = std::numbers::pi;
+  EXPECT_NEAR(volts, 3 * std::sqrt(3) * 325 / pi - 6 * 50 * 1e-3 * amperes - 2 * (0.03 + 0.011 * amperes), 0.5);
+}
+
 TEST(NetlistTest, ASeriesCircuitRings) {
   // 1 mH, 1 uF, 2 ohm from rest on 5 V: v = 5 (1 - e^{-at} (cos wt + a/w sin wt)).
   const auto result =
