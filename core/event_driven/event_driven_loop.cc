@@ -154,7 +154,7 @@ bool EventDrivenLoop::Cross(double end) {
   while (t_ < end) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
     record_.modes_made = search_.modes_made();
-    if (record_.Work(problem_.num_states()) >= most_work_) {
+    if (IsBeyondWork()) {
       return context_.Fail(Termination::kIterationLimit, t_,
                            "The work allowed by default ended at t = " + FormatNumber(t_) + ": set a tolerance.");
     }
@@ -167,6 +167,15 @@ bool EventDrivenLoop::Cross(double end) {
     if (progressed == Progressed::kNoMode && !TakeCoupledSteps(end)) return false;
   }
   return true;
+}
+
+// A solve that gets forward so evenly that it will end within kPatience times its work may go on: many short modes are
+// no sign that it will not end.
+bool EventDrivenLoop::IsBeyondWork() const {
+  constexpr double kPatience = 20;
+  const auto work = static_cast<double>(record_.Work(problem_.num_states()));
+  const auto most = static_cast<double>(most_work_);
+  return work >= most && work >= kPatience * most * (t_ / problem_.horizon);
 }
 
 // Continues after a kink of the sources as after a break point. If g jumps there, the state may jump too.

@@ -54,6 +54,7 @@ class EventDrivenLoop {
   bool PassKink();
   bool SourceJumps(double time, double part);
   bool IsStuck();
+  bool IsBeyondWork() const;
   Progressed EndMode(const ModeEnd& mode_end, double end);
   void RaiseReach();
   bool Project();

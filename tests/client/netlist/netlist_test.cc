@@ -145,6 +145,18 @@ TEST(NetlistTest, AThreePhaseRectifierBehindInductancesHasNoCoupledSteps) {
   EXPECT_NEAR(volts, 3 * std::sqrt(3) * 325 / pi - 6 * 50 * 1e-3 * amperes - 2 * (0.03 + 0.011 * amperes), 0.5);
 }
 
+// Four diodes that switch 160 times take more than the work of a default solve, but no more than many times of it.
+TEST(NetlistTest, ManySwitchingsEndByDefaultToo) {
+  const auto result = Solved(
+      "V1 in 0 SIN(0 100 10k)\nRs in a 10\nC1 a n1 100n\nD1 0 n1 DM\nD2 n1 n2 DM\nC2 0 n2 100n\nC3 n1 n3 100n\n"
+      "D3 n2 n3 DM\nD4 n3 n4 DM\nC4 n2 n4 100n\nRl n4 0 100k\n.model DM D(VFWD=0.6 RON=0.5)\n.tran 1u 6m uic\n"
+      ".print v(n4)\n",
+      "--at 6e-3");
+  EXPECT_EQ(result["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  EXPECT_EQ(result["summary"]["accuracy"]["tolerance"], 1e-6);
+  EXPECT_GT(result["summary"]["switchings"], 400);
+}
+
 TEST(NetlistTest, ASeriesCircuitRings) {
   // 1 mH, 1 uF, 2 ohm from rest on 5 V: v = 5 (1 - e^{-at} (cos wt + a/w sin wt)).
   const auto result =
