@@ -29,6 +29,8 @@ absl::StatusOr<Netlist> MakeNetlist(Deck deck, const std::string& source) {
   SetOutputs(deck, *made);
   netlist.problem = ToProto(made->problem);
   SetNames({made->state_names, made->pair_names}, netlist.problem);
+  netlist.relays = std::move(made->relays);
+  for (Relay& relay : netlist.relays) relay.element = relay.element.substr(0, relay.element.find('#'));
   netlist.notes = std::move(deck.notes);
   netlist.notes.insert(netlist.notes.end(), made->notes.begin(), made->notes.end());
   return netlist;

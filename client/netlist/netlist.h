@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "client/netlist/deck_options.h"
+#include "core/circuits/relay.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -18,6 +19,7 @@ struct Netlist {
   std::string title;
   v1::Problem problem;             // with the outputs that the deck asks for, else all
   std::vector<std::string> notes;  // what was ignored or assumed, for the user
+  std::vector<Relay> relays;       // for AddSlidingConcerns(); parts of an expression have the name of the whole
 };
 
 // Whether the file `text` at `path` is a deck: by its ending .cir, .net, .sp, .ckt or .spice, or because it is no JSON

@@ -160,7 +160,10 @@ class BranchMaker {
   Index AddClamp(const Element& element, const std::vector<Control>& controls, double constant, double slope,
                  double low, double high, const std::string& name) {
     const Index node = NewNode();
-    ClampBranches clamp{.element = element_, .node = node, .is_gate = element.kind == ElementKind::kSwitch};
+    ClampBranches clamp{.element = element_,
+                        .node = node,
+                        .is_gate = element.kind == ElementKind::kSwitch,
+                        .is_jump = !std::isfinite(slope)};
     AddControlled(0, node, false, controls);
     if (constant != 0) AddSource(0, node, false, ConstantWave{constant}, 1);
     if (std::isfinite(slope)) AddResistor(node, 0, slope, kResistorOrder);

@@ -54,6 +54,7 @@ struct ClampBranches {
   Index node = 0;
   Index low = -1, high = -1;  // of `diodes`; -1 if there is none
   bool is_gate = false;       // of a switch that the circuit controls
+  bool is_jump = false;       // from one bound to the other one at once
 };
 
 struct CircuitBranches {

@@ -263,12 +263,23 @@ class Formulation {
     for (const CircuitBranches::Limit& limit : graph_.limits) {
       made.limits.push_back({"i(" + ElementAt(limit.element).name + ")", limit.amperes});
     }
+    made.relays = MakeRelays();
     MakeNames(made);
     if (states_.num_states() == 0) AddIdleState(made);
     if (states_.num_pairs() == 0) AddIdlePair(made);
     for (const std::string& note : graph_.notes) made.notes.push_back(note);
     for (const std::string& note : notes_) made.notes.push_back(note);
     return made;
+  }
+
+  std::vector<Relay> MakeRelays() const {
+    std::vector<Relay> relays;
+    const auto one_way = [this](Index pair) { return Relay::OneWay{pair, states_.sign()[pair] > 0}; };
+    for (const ClampBranches& clamp : graph_.clamps) {
+      if (!clamp.is_jump || clamp.low < 0 || clamp.high < 0) continue;
+      relays.push_back({ElementAt(clamp.element).name, clamp.is_gate, one_way(clamp.low), one_way(clamp.high)});
+    }
+    return relays;
   }
 
   // Comparators with feedback, and amplifiers, may have several solutions: history chooses, from the first one on.

@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/circuits/circuit.h"
+#include "core/circuits/relay.h"
 #include "core/problem/problem.h"
 #include "core/problem/time_function.h"
 
@@ -36,6 +37,7 @@ struct CircuitProblem {
   std::vector<std::string> pair_names;
   CircuitOutputs outputs;
   std::vector<CurrentLimit> limits;
+  std::vector<Relay> relays;
   std::vector<std::string> notes;  // what was assumed
 };
 

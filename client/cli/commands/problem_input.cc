@@ -11,6 +11,7 @@
 #include "client/files/json_text.h"
 #include "client/local/agreement.h"
 #include "client/netlist/netlist.h"
+#include "client/netlist/sliding.h"
 #include "client/rpc/client.h"
 #include "proto/shared/title_limit.h"
 #include "proto/shared/truncate_text.h"
@@ -81,6 +82,7 @@ absl::Status ProblemInput::ReadDeckText(const DeckOptions& options) {
   file_.problem = std::move(netlist->problem);
   file_.name = std::move(netlist->title);
   notes_ = std::move(netlist->notes);
+  relays_ = std::move(netlist->relays);
   if (rule_) file_.problem.set_rule(*rule_);
   return absl::OkStatus();
 }
@@ -107,6 +109,8 @@ absl::Status ProblemInput::FetchUploaded(const CallLimits& limits) {
   about_ = *std::move(about);
   return absl::OkStatus();
 }
+
+void ProblemInput::AddConcerns(v1::Summary& summary) const { AddSlidingConcerns(relays_, horizon(), summary); }
 
 void ProblemInput::PrintNotes() const {
   for (const std::string& note : notes_) PrintNotice(note);

@@ -15,6 +15,7 @@
 #include "client/files/problem_file.h"
 #include "client/netlist/deck_options.h"
 #include "client/result/backend.h"
+#include "core/circuits/relay.h"
 #include "dlcs/v1/problems.pb.h"
 #include "dlcs/v1/solver.pb.h"
 
@@ -39,6 +40,9 @@ class ProblemInput {
   bool ReachedLimit(const v1::Summary& summary) const;
   // Reads the deck once more, for limits that are `factor` times as large. Errors: none but those of Read().
   absl::Status RaiseLimits(double factor);
+
+  // Adds to the verdict which switches and comparators of a deck slide.
+  void AddConcerns(v1::Summary& summary) const;
 
   // Prints on standard error what was ignored or assumed when a deck was read.
   void PrintNotes() const;
@@ -70,6 +74,7 @@ class ProblemInput {
   std::string name_;  // empty where it is a file
   ServerTarget server_;
   std::vector<std::string> notes_;
+  std::vector<Relay> relays_;
   v1::StoredProblem about_;  // of an uploaded problem, after FetchUploaded()
 };
 

@@ -299,6 +299,7 @@ ExitCode Run(const SolveCommand& command) {
     result = SolveWithHigherLimits(command, std::move(request), *input, **backend, stream, left);
   }
   if (!result.ok()) return PrintCallError(result.status(), input->source());
+  input->AddConcerns(result->summary);
 
   const SolveResult thinned = curves ? Thinned(*result, table_times) : SolveResult();
   const SolveResult& shown = curves ? thinned : *result;

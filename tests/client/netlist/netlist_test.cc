@@ -145,6 +145,30 @@ TEST(NetlistTest, AThreePhaseRectifierBehindInductancesHasNoCoupledSteps) {
   EXPECT_NEAR(volts, 3 * std::sqrt(3) * 325 / pi - 6 * 50 * 1e-3 * amperes - 2 * (0.03 + 0.011 * amperes), 0.5);
 }
 
+TEST(NetlistTest, SaysWhatSlides) {
+  // The switch would keep the capacitor at its threshold, which 10 V over 1 kohm reach after RC ln(10/7).
+  const std::string circuit = "V1 in 0 10\nR1 in a 1k\nC1 a 0 1u\nS1 a b a 0 SX\nR2 b 0 100\n.tran 10u 5m uic\n";
+  const ProgramOutcome slides =
+      RunDlcs("solve " + WriteDeck(circuit + ".model SX SW(RON=1 VT=3)\n") + " --at 5e-3 --format json");
+  EXPECT_EQ(slides.code, 0) << slides.err;
+  EXPECT_THAT(slides.err, HasSubstr("S1 slides from t = 0.000356675 on, for 0.00464 s in all"));
+  const auto verdict = nlohmann::json::parse(slides.out)["summary"]["verdict"];
+  EXPECT_EQ(verdict["kind"], "VERDICT_KIND_ERROR_ESTIMATED");
+  EXPECT_THAT(verdict["text"].get<std::string>(), HasSubstr("reached T, warning: S1 slides"));
+  EXPECT_EQ(verdict["concerns"].size(), 1u);
+
+  const auto switches = Solved(circuit + ".model SX SW(RON=1 VT=3 VH=0.5)\n", "--at 5e-3");
+  EXPECT_EQ(switches["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+
+  // A comparator too, but no amplifier, which is between its limits all the time.
+  const std::string rest = "R1 o a 1k\nC1 a 0 1u\n.tran 10u 5m uic\n";
+  const auto comparator = Solved("B1 o 0 V = V(a) > 1 ? -5 : 5\n" + rest, "--at 5e-3");
+  EXPECT_THAT(comparator["summary"]["verdict"]["concerns"][0].get<std::string>(),
+              HasSubstr("B1 slides from t = 0.000223144 on"));
+  const auto amplifier = Solved("B1 o 0 V = limit(1e3*(1 - V(a)), -5, 5)\n" + rest, "--at 5e-3");
+  EXPECT_EQ(amplifier["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+}
+
 // Four diodes that switch 160 times take more than the work of a default solve, but no more than many times of it.
 TEST(NetlistTest, ManySwitchingsEndByDefaultToo) {
   const auto result = Solved(

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/netlist/sliding.h"
+
+#include <fmt/format.h>
+
+#include <set>
+#include <string>
+
+namespace dlcs::client {
+namespace {
+
+struct Stay {
+  double begin = 0, seconds = 0;
+};
+
+// When neither diode of `relay` conducts.
+Stay BetweenOf(const Relay& relay, double end, const v1::Summary& summary) {
+  Stay stay;
+  std::set<int> active;
+  const auto conducts = [&](const Relay::OneWay& one) {
+    return active.contains(static_cast<int>(one.pair)) == one.conducts_active;
+  };
+  for (int k = 0; k < summary.switching_times_size(); ++k) {
+    const v1::SwitchingTime& switching = summary.switching_times(k);
+    active.insert(switching.entering().begin(), switching.entering().end());
+    for (const int pair : switching.leaving()) active.erase(pair);
+    if (switching.kind() == v1::SWITCHING_KIND_COUPLED_STEPS_BEGIN) continue;  // active sets are not known there
+    if (conducts(relay.low) || conducts(relay.high)) continue;
+    if (stay.seconds == 0) stay.begin = switching.time();
+    const bool is_last = k + 1 == summary.switching_times_size();
+    stay.seconds += (is_last ? end : summary.switching_times(k + 1).time()) - switching.time();
+  }
+  return stay;
+}
+
+}  // namespace
+
+void AddSlidingConcerns(const std::vector<Relay>& relays, double horizon, v1::Summary& summary) {
+  constexpr double kRounding = 1e-9;  // of the horizon
+  const double end = summary.has_failure_time() ? summary.failure_time() : horizon;
+  v1::Verdict& verdict = *summary.mutable_verdict();
+  std::set<std::string> said;  // an expression may be made of several relays
+  for (const Relay& relay : relays) {
+    const Stay stay = BetweenOf(relay, end, summary);
+    if (!(stay.seconds > kRounding * horizon) || !said.insert(relay.element).second) continue;
+    verdict.add_concerns(fmt::format(
+        "{} slides from t = {:.6g} on, for {:.3g} s in all: it rests between {}, with its control at the threshold, as "
+        "if it switched infinitely often. A hysteresis or a delay makes it switch.",
+        relay.element, stay.begin, stay.seconds, relay.is_switch ? "open and closed" : "its two values"));
+    // Some readers see the first line alone.
+    if (verdict.kind() != v1::VERDICT_KIND_SOLVED) continue;
+    verdict.set_kind(v1::VERDICT_KIND_ERROR_ESTIMATED);
+    verdict.set_text(fmt::format("reached T, warning: {} slides, estimated error {:.2g}", relay.element,
+                                 summary.accuracy().error()));
+  }
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pairs of what jumps between two states.
+
+#ifndef DLCS_CORE_CIRCUITS_RELAY_H_
+#define DLCS_CORE_CIRCUITS_RELAY_H_
+
+#include <cstddef>
+#include <string>
+
+namespace dlcs {
+
+// A switch or a comparator of a circuit that jumps from one of two states to the other one. While neither of its diodes
+// conducts it is in between: it slides, as if it switched infinitely often.
+struct Relay {
+  // A pair, and whether its diode conducts while the pair is active, or while it is not.
+  struct OneWay {
+    std::ptrdiff_t pair = 0;
+    bool conducts_active = true;
+  };
+  std::string element;
+  bool is_switch = false;
+  OneWay low, high;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_CIRCUITS_RELAY_H_
