@@ -22,6 +22,9 @@ using Indices = std::vector<Index>;
 // More choices of clamps in one block are not tried, and no more solutions are kept: 3^8.
 constexpr std::size_t kMaxChoices = 6561;
 
+// Nor more bases of all blocks together: a tenth of a second.
+constexpr std::size_t kMaxBases = 16384;
+
 // A part of y, and its basis.
 struct PartSolution {
   Vector y;
@@ -294,7 +297,7 @@ class BlockSearch {
   }
   Index NumNeeds(std::size_t b) const { return static_cast<Index>(needs_[b].size()); }
 
-  PartSolutions SolveBlock(std::size_t b, const Vector& before) const {
+  PartSolutions SolveBlock(std::size_t b, const Vector& before) {
     const Indices& block = blocks_[b];
     const Matrix M = M_(block, block);
     const Matrix rows_of_block = M_(block, Eigen::all);
@@ -311,6 +314,8 @@ class BlockSearch {
     }
     part = trials.Run();
     if (part.is_decided || part.open_row >= 0 || M.rows() > kMaxBasicSolutionsSize) return part;
+    bases_ += std::size_t{1} << M.rows();
+    if (bases_ > kMaxBases) return part;
     return SearchBases(M, q, tolerance, !rows.isZero(0));
   }
 
@@ -387,6 +392,7 @@ class BlockSearch {
   std::vector<Indices> blocks_;
   std::vector<MatrixClass> classes_;
   std::vector<Indices> needs_;
+  std::size_t bases_ = 0;
 };
 
 }  // namespace

@@ -32,13 +32,14 @@ struct BlockSolutions {
 // Pairs that depend on each other, at once and in both directions, are a block: a strongly connected component of the
 // graph of M. Blocks are solved one after the other. The solutions of a P-matrix or a positive semidefinite one are one
 // point, or a convex set. In any other block what holds the nodes of `clamps` is decided by trial, three cases for each
-// of them: in each case the other pairs must have a matrix of these two classes. Where they have not, blocks of at most
-// kMaxBasicSolutionsSize pairs are searched for all basic solutions; the pairs of a larger one are `undecided`. So are
+// of them: in each case the other pairs must have a matrix of these two classes. Where they have not, all bases of the
+// block are searched, 16,384 in all, which is a block of 14 pairs; the pairs of one beyond that are `undecided`. So are
 // those of a convex set in which values differ on which a block with several solutions depends.
 //
 // `sign` tells of each pair whether y is the current of its diode (1) or its reverse voltage (-1); w_i above
 // -tolerance_i counts as nonnegative; `observed` has a column for each pair.
-// Cost: an LCP for each block, for those with feedback 3^c of them with c clamps, c <= 8.
+// Cost: an LCP for each block, for those with feedback 3^c of them with c clamps, c <= 8, and a factorization for each
+// basis.
 BlockSolutions SolveByBlocks(const Matrix& M, const Vector& q, const Vector& tolerance, const Matrix& observed,
                              const std::vector<ClampBranches>& clamps, const Vector& sign);
 

@@ -92,6 +92,23 @@ class Collector {
   BasicSolutions found_;
 };
 
+// The columns of each row of M that are not zero, as bits.
+std::vector<unsigned> RowMasks(const Matrix& M) {
+  std::vector<unsigned> masks(static_cast<std::size_t>(M.rows()), 0);
+  for (Index i = 0; i < M.rows(); ++i) {
+    for (Index j = 0; j < M.cols(); ++j) masks[static_cast<std::size_t>(i)] |= (M(i, j) != 0 ? 1u : 0u) << j;
+  }
+  return masks;
+}
+
+// Whether an equation w_i = 0 of the subset has no unknown, and a constant: no factors are needed to see it.
+bool HasEmptyEquation(const std::vector<unsigned>& masks, const Vector& q, unsigned subset) {
+  for (std::size_t i = 0; i < masks.size(); ++i) {
+    if ((subset >> i & 1u) != 0 && (masks[i] & subset) == 0 && q[static_cast<Index>(i)] != 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 BasicSolutions AllBasicSolutions(const Matrix& M, const Vector& q, const std::stop_token& stop,
@@ -102,11 +119,13 @@ BasicSolutions AllBasicSolutions(const Matrix& M, const Vector& q, const std::st
   BasisPoint point(lcp, Elimination::kPivoting);
   Collector collector(M, q);
   Vector y(n);
+  const std::vector<unsigned> masks = RowMasks(M);
   for (unsigned subset = 0; subset < (1u << n); ++subset) {
     if (stop.stop_requested() || collector.full()) {
       collector.GiveUp();
       break;
     }
+    if (HasEmptyEquation(masks, q, subset)) continue;
     const Basis basis = BasisOf(subset, n);
     if (!point.Compute(lcp, basis) || !point.accurate()) {
       collector.AddFace(IndicesOf(basis));

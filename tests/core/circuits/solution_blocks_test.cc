@@ -137,5 +137,20 @@ TEST(SolutionBlocksTest, WhatAConvexSetLeavesOpenIsSaid) {
   EXPECT_EQ(found.all.front().y[2], 1);
 }
 
+// Without clamps all bases of a block of no class are searched, as long as they are few.
+TEST(SolutionBlocksTest, LeavesBlocksOfTooManyBasesUndecided) {
+  std::mt19937 generator(15);
+  std::uniform_real_distribution<double> value(-1, 1);
+  const auto random = [&] { return value(generator); };
+  for (const Index n : {Index{8}, Index{15}}) {
+    Matrix M = Matrix::NullaryExpr(n, n, random);
+    M(0, 0) = -1;
+    const Vector q = Vector::NullaryExpr(n, random);
+    const BlockSolutions found = SolveByBlocks(M, q, Vector::Zero(n), Matrix(0, n), {}, Vector::Ones(n));
+    EXPECT_EQ(found.undecided.size(), n == 8 ? 0u : 15u);
+    EXPECT_EQ(found.all.empty(), n == 15 || AllBasicSolutions(M, q).solutions.empty());
+  }
+}
+
 }  // namespace
 }  // namespace dlcs
