@@ -31,6 +31,9 @@ class DeckSorter {
       const std::vector<DeckWord> words = WordsOf(line);
       const std::string first = words.empty() ? "" : Lower(words[0].text);
       if (first.empty()) continue;
+      if (const auto open_at = UnclosedIn(line.text)) {
+        return DeckError(line.Place(*open_at), fmt::format("this {} is not closed", line.text[*open_at]));
+      }
       if (first[0] != '.') {
         open.back()->elements.push_back(&line);
       } else if (first == ".subckt") {

@@ -46,6 +46,16 @@ std::vector<DeckWord> WordsOf(const DeckLine& line) {
   return words;
 }
 
+std::optional<std::size_t> UnclosedIn(std::string_view text) {
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (text[at] != '{' && text[at] != '\'') continue;
+    const std::size_t close = CloseOf(text, at);
+    if (close == text.size()) return at;
+    at = close;
+  }
+  return std::nullopt;
+}
+
 absl::StatusOr<std::vector<Definition>> DefinitionsOf(const DeckLine& line, std::size_t offset) {
   const std::string& text = line.text;
   std::vector<Definition> definitions;

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,9 @@ using NamedWords = std::map<std::string, DeckWord>;
 // Words are separated by blanks and commas. "(", ")" and "=" are words of their own; an expression in braces or single
 // quotes is one word.
 std::vector<DeckWord> WordsOf(const DeckLine& line);
+
+// Where a brace or a single quote opens that nothing closes.
+std::optional<std::size_t> UnclosedIn(std::string_view text);
 
 // name = expression
 struct Definition {

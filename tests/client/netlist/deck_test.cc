@@ -358,6 +358,8 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1u 1) r=1u\n" + rest), HasSubstr("before its last time"));
   EXPECT_THAT(Fault("V1 a 0 PWL REPEAT (0 0 1u 1) ENDREPEAT\n" + rest), HasSubstr("REPEAT FOREVER (...) ENDREPEAT"));
   EXPECT_THAT(Fault("R1 a 0 {Rload}\n" + rest), HasSubstr("at column 1 of \"Rload\": \"Rload\" is no parameter"));
+  EXPECT_THAT(Fault("R1 a 0 {2*3\n" + rest), AllOf(HasSubstr("a.cir:2:8"), HasSubstr("this { is not closed")));
+  EXPECT_THAT(Fault("R1 a 0 '2*3 IC=1\n" + rest), AllOf(HasSubstr("a.cir:2:8"), HasSubstr("this ' is not closed")));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1m 1u\n"), HasSubstr("TSTEP = 0.001 is longer than TSTOP = 1e-06"));
   EXPECT_THAT(Fault("R1 a 0 1k tc1=0.1\n" + rest), HasSubstr("tc1=0.1 is not supported"));
   EXPECT_THAT(Fault("R1 a 0 0\n" + rest), HasSubstr("must be above 0"));
