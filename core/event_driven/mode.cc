@@ -13,8 +13,8 @@
 #include "core/linalg/decompositions.h"
 #include "core/linalg/equilibration.h"
 #include "core/linalg/norms.h"
-#include "core/linalg/panel_lu.h"
 #include "core/linalg/panel_product.h"
+#include "core/linalg/refined_inverse.h"
 #include "core/linalg/structural_zeros.h"
 
 namespace dlcs {
@@ -29,7 +29,7 @@ std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
   if (size == 0) return Matrix(0, 0);
   const Equilibration scale = EquilibrateRowsAndColumns(matrix);
   const Matrix scaled = Scaled(matrix, scale);
-  Matrix inverse = PanelLu(scaled).Solve(Matrix::Identity(size, size));
+  Matrix inverse = RefinedInverse(scaled);
   ClearStructuralZeros(scaled, inverse);
   if (!(InfinityNorm(scaled) * InfinityNorm(inverse) * kSingular < 1)) return std::nullopt;
   return -(scale.column.asDiagonal() * inverse * scale.row.asDiagonal());
@@ -229,9 +229,9 @@ bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
   std::sort(pivots.begin(), pivots.end());
   if (pivots.front() >= m && SubstituteMultipliers(problem_, mode)) return true;
 
-  Matrix inverse = PanelLu(scaled(pivots, Eigen::all)).Solve(Matrix::Identity(k, k));
+  Matrix inverse = RefinedInverse(scaled(pivots, Eigen::all));
   ClearStructuralZeros(scaled(pivots, Eigen::all), inverse);
-  Matrix factors = scaled(others, Eigen::all) * inverse;
+  Matrix factors = RefinedQuotient(scaled(others, Eigen::all), scaled(pivots, Eigen::all), inverse);
   const Matrix summed = scaled(others, Eigen::all).cwiseAbs() * inverse.cwiseAbs();
   // What M_SS leaves of differential equations in its own rows where it is singular is rounding.
   std::vector<Index> own, driving;  // rows of M_SS among the others, differential equations among the pivots

@@ -145,6 +145,24 @@ TEST(NetlistTest, AThreePhaseRectifierBehindInductancesHasNoCoupledSteps) {
   EXPECT_NEAR(volts, 3 * std::sqrt(3) * 325 / pi - 6 * 50 * 1e-3 * amperes - 2 * (0.03 + 0.011 * amperes), 0.5);
 }
 
+// Both take the same current, however stiff the rest is: 10 kohm beside 20 mohm, and a switch whose model has 200 kV.
+TEST(NetlistTest, EqualDiodesInParallelShareACurrentBesideAHighResistance) {
+  const auto result = Solved(
+      "V1 n1 0 SIN(2 8 3k 0 0 30)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nC1 n2 0 0.1284u\nR1 n3 n1 381.3\n"
+      "L1 n4 n2 764u\nC2 n5 n1 2.726u\nD1 0 n4 DX\nR2 0 n2 238.8\nD2 n1 n5 DX\nD3 0 n4 DX\nL2 n3 n4 65.7u\n"
+      "S1 n5 n4 g 0 SX\nRk2 n2 0 10k\nRk3 n3 0 100k\nRk4 n4 0 10k\nRk5 n5 0 10k\nK1 L1 L2 0.94\n"
+      ".model DX D(VFWD=0.01 RON=0.02)\n.model SX SW(RON=1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n"
+      ".print i(D1) i(D3)\n",
+      "--at 0.000222,0.000227,0.002");
+  EXPECT_EQ(result["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  EXPECT_EQ(result["summary"]["cost"]["coupled_steps"], 0);
+  for (const std::size_t k : {0u, 1u}) {
+    const double current = result["outputs"]["i(D1)"][k];
+    EXPECT_GT(current, 1e-3);
+    EXPECT_NEAR(current, result["outputs"]["i(D3)"][k].get<double>(), 1e-6 * current);
+  }
+}
+
 TEST(NetlistTest, SaysWhatSlides) {
   // The switch would keep the capacitor at its threshold, which 10 V over 1 kohm reach after RC ln(10/7).
   const std::string circuit = "V1 in 0 10\nR1 in a 1k\nC1 a 0 1u\nS1 a b a 0 SX\nR2 b 0 100\n.tran 10u 5m uic\n";
