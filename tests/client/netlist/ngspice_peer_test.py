@@ -12,6 +12,7 @@ ngspice has a current source whose straight lines are those of VFWD and RON.
 import csv
 import json
 import pathlib
+import random
 import re
 import shutil
 import subprocess
@@ -84,6 +85,33 @@ Rn n 0 1Meg
 """
 
 
+def random_circuit(seed):
+    """R, L, C, diodes and a switch or two between three to six nodes, each of which leaks to ground."""
+    generator = random.Random(seed)
+    nodes = ["0", *(f"n{k}" for k in range(1, generator.randint(3, 6)))]
+    lines = [f"random circuit {seed}", "Vg g 0 PULSE(0 1 20u 1u 1u 80u 190u)"]
+    lines += [generator.choice(["V1 n1 0 SIN(0 10 1k)", "V1 n1 0 PULSE(-5 10 0 5u 5u 300u 700u)"])]
+
+    def add(plus, minus):
+        name = f"{len(lines)} {plus} {minus}"
+        kind = generator.choices("RLCDS", [6, 3, 4, 5, 2])[0]
+        low, high = {"R": (0, 3), "L": (-4.5, -2), "C": (-7.5, -5)}.get(kind, (0, 0))
+        value = f"{10 ** generator.uniform(low, high):.4g}"
+        lines.append({"D": f"D{name} DX", "S": f"S{name} g 0 SX"}.get(kind, f"{kind}{name} {value}"))
+
+    for k in range(2, len(nodes)):
+        add(nodes[k], nodes[generator.randrange(k)])
+        lines.append(f"Rleak{k} {nodes[k]} 0 {generator.choice(['10k', '100k'])}")
+    for _ in range(2 * len(nodes)):
+        pair = generator.sample(nodes, 2)
+        if set(pair) != {"n1", "0"}:
+            add(*pair)
+    lines += ["V2 x 0 SIN(0 3 3k)", f"Rx x {nodes[-1]} 1k", f".model DX D(VFWD=0.5 RON={generator.choice([0.02, 1])})"]
+    lines += [".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)", ".tran 10u 2m uic"]
+    lines += [".print tran " + " ".join(f"v({node})" for node in nodes[2:]), ".end"]
+    return "\n".join(lines) + "\n"
+
+
 def solve(deck, times, folder):
     path = folder / "deck.cir"
     path.write_text(deck)
@@ -154,6 +182,14 @@ class NgspicePeerTest(unittest.TestCase):
         self.compare(PUMP, 2e-5, 1e-9, 1e-5, with_sources_for_diodes(PUMP))
         loose = "reltol=1e-5 abstol=1e-6 vntol=1e-5 chgtol=1e-12"  # with others it stops with "timestep too small"
         self.compare(THREE_PHASES, 0.02, 1e-6, 1e-5, with_sources_for_diodes(THREE_PHASES), loose)
+
+    def test_random_circuits(self):
+        """ngspice finds switchings to a part of its steps: some 1e-4 of the result."""
+        loose = "reltol=1e-5 abstol=1e-9 vntol=1e-7 chgtol=1e-15"
+        for seed in range(12):
+            with self.subTest(seed=seed):
+                deck = random_circuit(seed)
+                self.compare(deck, 0.002, 2.5e-8, 1e-3, with_sources_for_diodes(deck), loose)
 
     def test_converters(self):
         for name in ("buck", "boost", "buck-boost", "half-bridge", "snubber"):
