@@ -25,7 +25,8 @@ HistorySolver::HistorySolver(const Matrix& M, const Matrix& K) : HistorySolver(M
   of_start_ = row.asDiagonal() * K * column.asDiagonal();
   for (const std::vector<Index>& block : blocks_) {
     Matrix of_block = of_solved_(block, block);
-    if (TestPositiveSemidefinite(M(block, block)).yes()) {
+    may_fold_.push_back(!TestPositiveSemidefinite(M(block, block)).yes());
+    if (!may_fold_.back()) {
       of_block += of_start_(block, block);
       of_start_(block, block).setZero();
     }
@@ -63,7 +64,7 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
         basis = start_;
         end = lemke_.Follow(lcp_, zero, others, rule, basis);
         pivots_ += lemke_.pivots();
-        if (end == LemkeEnd::kBasis && is_solution() && !IsBetween(basis)) return true;
+        if (end == LemkeEnd::kBasis && is_solution() && !IsBetween(basis) && !LeavesWithoutNeed(basis)) return true;
       }
     }
     return false;
@@ -74,6 +75,41 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
   }
   message_ = "the path from the solution before does not end in another one";
   return end == LemkeEnd::kPivotLimit ? LcpStatus::kPivotLimit : LcpStatus::kRay;
+}
+
+// Whether a block that may fold has another basis, although that of the solution before would do beside the other
+// blocks: a path that passes ties, as of a switch that is open, may turn where nothing asked for it.
+bool HistorySolver::LeavesWithoutNeed(const Basis& basis) {
+  if (blocks_.empty() || !point_.Compute(lcp_, start_)) return false;
+  const auto values = [this] {
+    Vector y = Vector::Zero(lcp_.size());
+    for (std::size_t k = 0; k < point_.indices().size(); ++k) {
+      y[point_.indices()[k]] = point_.y(static_cast<Index>(k));
+    }
+    return y;
+  };
+  const Vector q = lcp_.q + of_start_ * values();
+  bool leaves = false;
+  if (point_.Compute(lcp_, basis)) {
+    const Vector y = values();
+    for (std::size_t b = 0; b < blocks_.size() && !leaves; ++b) {
+      const std::vector<Index>& block = blocks_[b];
+      if (!may_fold_[b]) continue;
+      Vector of_others = of_solved_(block, Eigen::all) * y, of_block(static_cast<Index>(block.size()));
+      of_others -= of_solved_(block, block) * y(block);
+      Basis part(block.size()), before(block.size());
+      for (std::size_t k = 0; k < block.size(); ++k) {
+        part[k] = basis[static_cast<std::size_t>(block[k])];
+        before[k] = start_[static_cast<std::size_t>(block[k])];
+      }
+      if (part == before) continue;
+      HistorySolver& solver = of_blocks_[b];
+      leaves = solver.lcp_.Load(q(block) + of_others, lcp_.tolerance(block)) &&
+               solver.point_.Compute(solver.lcp_, before) && solver.point_.solved();
+    }
+  }
+  point_.Compute(lcp_, basis);
+  return leaves;
 }
 
 // Blocks that may fold see what K makes of the solution before, as if it went on: what they do themselves comes after
@@ -114,7 +150,7 @@ bool HistorySolver::IsOnlyOne(Basis& basis) {
   if (!all.complete || all.solutions.size() != 1) return false;
   std::fill(basis.begin(), basis.end(), std::uint8_t{0});
   for (const Index i : all.solutions.front().basis) basis[static_cast<std::size_t>(i)] = 1;
-  return point_.Compute(lcp_, basis) && point_.solved();
+  return point_.Compute(lcp_, basis) && point_.solved() && !LeavesWithoutNeed(basis);
 }
 
 int SignOfDeterminant(const Matrix& M, const Basis& basis) {

@@ -42,6 +42,7 @@ class HistorySolver final : public LcpSolver {
  private:
   bool SolveBlocks(Basis& basis);
   bool IsBetween(const Basis& basis) const;
+  bool LeavesWithoutNeed(const Basis& basis);
   bool IsOnlyOne(Basis& basis);
 
   ScaledLcp lcp_;
@@ -51,6 +52,7 @@ class HistorySolver final : public LcpSolver {
   Matrix of_solved_;                        // M, scaled, by which blocks depend on those before them
   Matrix of_start_;                         // K, scaled, where the solution before stands for the new one
   std::vector<HistorySolver> of_blocks_;
+  std::vector<bool> may_fold_;  // the blocks whose M is not positive semidefinite
   Basis start_;
   Index pivots_ = 0;
   std::string message_;

@@ -163,6 +163,24 @@ TEST(NetlistTest, EqualDiodesInParallelShareACurrentBesideAHighResistance) {
   }
 }
 
+// At 308 us the voltage across S2, which is open, changes its sign. That is no reason for Sc to open: its control is in
+// the middle of the hysteresis then.
+TEST(NetlistTest, ASwitchKeepsItsStateInTheHysteresisWhateverElseTurns) {
+  const std::string circuit =
+      "V1 n1 0 PULSE(-5 10 0 5u 5u 300u 700u)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nD1 n2 0 DX\nS1 n3 n2 g 0 SX\n"
+      "S2 n3 n1 g 0 SX\nL1 0 n3 0.007501\nR1 n3 n1 8.927\nRk2 n2 0 100k\nRk3 n3 0 100k\nRc0 n3 c0 1k\nCc0 c0 0 10n\n"
+      "Bc o0 0 V = V(c0) > -1.86 ? 4 : -2\nRo0 o0 n2 330\nRc1 n2 c1 1k\nCc1 c1 0 10n\nSc n3 0 c1 0 SH\n"
+      ".model SH SW(RON=1 ROFF=1Meg VT=1.06 VH=0.375)\n.model DX D(VFWD=0.7 RON=0.1)\n"
+      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(c1) v(n3) i(Sc)\n";
+  for (const char* options : {"", "--tolerance 1e-6 ", "--tolerance 1e-8 "}) {
+    const auto result = Solved(circuit, std::string(options) + "--at 3.09e-4,3.5e-4");
+    for (const std::size_t k : {0u, 1u}) {
+      EXPECT_GT(result["outputs"]["v(c1)"][k], 0.7) << options;
+      EXPECT_NEAR(result["outputs"]["i(Sc)"][k].get<double>(), result["outputs"]["v(n3)"][k].get<double>(), 1e-5);
+    }
+  }
+}
+
 TEST(NetlistTest, SaysWhatSlides) {
   // The switch would keep the capacitor at its threshold, which 10 V over 1 kohm reach after RC ln(10/7).
   const std::string circuit = "V1 in 0 10\nR1 in a 1k\nC1 a 0 1u\nS1 a b a 0 SX\nR2 b 0 100\n.tran 10u 5m uic\n";
