@@ -43,14 +43,20 @@ void AddSlidingConcerns(const std::vector<Relay>& relays, double horizon, v1::Su
   for (const Relay& relay : relays) {
     const Stay stay = BetweenOf(relay, end, summary);
     if (!(stay.seconds > kRounding * horizon) || !said.insert(relay.element).second) continue;
+    const char* const advice =
+        relay.has_hysteresis ? "Its hysteresis does not allow that: what it does acts on its control at once, and "
+                               "the result is not that of the circuit. A delay in the control makes it switch."
+                             : "A hysteresis or a delay makes it switch.";
     verdict.add_concerns(fmt::format(
         "{} slides from t = {:.6g} on, for {:.3g} s in all: it rests between {}, with its control at the threshold, as "
-        "if it switched infinitely often. A hysteresis or a delay makes it switch.",
-        relay.element, stay.begin, stay.seconds, relay.is_switch ? "open and closed" : "its two values"));
+        "if it switched infinitely often. {}",
+        relay.element, stay.begin, stay.seconds, relay.is_switch ? "open and closed" : "its two values", advice));
+    if (relay.has_hysteresis) verdict.set_success(false);
     // Some readers see the first line alone.
-    if (verdict.kind() != v1::VERDICT_KIND_SOLVED) continue;
+    if (verdict.kind() == v1::VERDICT_KIND_NOT_SOLVED) continue;
     verdict.set_kind(v1::VERDICT_KIND_ERROR_ESTIMATED);
-    verdict.set_text(fmt::format("reached T, warning: {} slides, estimated error {:.2g}", relay.element,
+    verdict.set_text(fmt::format("reached T, {}: {} slides, estimated error {:.2g}",
+                                 verdict.success() ? "warning" : "not usable", relay.element,
                                  summary.accuracy().error()));
   }
 }

@@ -277,7 +277,9 @@ class Formulation {
     const auto one_way = [this](Index pair) { return Relay::OneWay{pair, states_.sign()[pair] > 0}; };
     for (const ClampBranches& clamp : graph_.clamps) {
       if (!clamp.is_jump || clamp.low < 0 || clamp.high < 0) continue;
-      relays.push_back({ElementAt(clamp.element).name, clamp.is_gate, one_way(clamp.low), one_way(clamp.high)});
+      const Element& element = ElementAt(clamp.element);
+      const bool has_hysteresis = clamp.is_gate && element.switching.hysteresis != 0;
+      relays.push_back({element.name, clamp.is_gate, has_hysteresis, one_way(clamp.low), one_way(clamp.high)});
     }
     return relays;
   }

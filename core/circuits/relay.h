@@ -19,6 +19,7 @@ struct Relay {
   };
   std::string element;
   bool is_switch = false;
+  bool has_hysteresis = false;  // then it should never be in between
   OneWay low, high;
 };
 

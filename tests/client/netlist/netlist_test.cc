@@ -196,6 +196,16 @@ TEST(NetlistTest, SaysWhatSlides) {
   const auto switches = Solved(circuit + ".model SX SW(RON=1 VT=3 VH=0.5)\n", "--at 5e-3");
   EXPECT_EQ(switches["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
 
+  // W opens S as soon as it closes, and by that opens itself: its hysteresis is passed at once.
+  const std::string loop =
+      "V1 a 0 12\nVm a b 0\nS1 b c g 0 SG\nL1 c d 100u\nR1 d 0 0.5\nD1 0 c DX\nW1 g 0 Vm WT\nRg vg g 1k\nV2 vg 0 5\n"
+      ".model SG SW(Ron=10m Roff=1Meg Vt=2.5)\n.model WT CSW(It=5 Ih=4.5 Ron=1 Roff=1Meg)\n"
+      ".model DX D(Vfwd=0.5 Ron=10m)\n.tran 1u 500u uic\n";
+  const ProgramOutcome passed = RunDlcs("solve " + WriteDeck(loop) + " --at 5e-4 --format json");
+  EXPECT_EQ(passed.code, 1);
+  EXPECT_THAT(passed.err, HasSubstr("W1 slides from t = 0.000101391 on"));
+  EXPECT_THAT(passed.err, HasSubstr("Its hysteresis does not allow that"));
+
   // A comparator too, but no amplifier, which is between its limits all the time.
   const std::string rest = "R1 o a 1k\nC1 a 0 1u\n.tran 10u 5m uic\n";
   const auto comparator = Solved("B1 o 0 V = V(a) > 1 ? -5 : 5\n" + rest, "--at 5e-3");
