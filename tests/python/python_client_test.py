@@ -15,8 +15,10 @@ import stat
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
+from socket import create_server
 
 import numpy as np
 
@@ -352,6 +354,53 @@ class JobsTest(unittest.TestCase):
         with dlcs.Client("127.0.0.1:1", timeout=20) as client:
             with self.assertRaises(dlcs.Unavailable):
                 client.capabilities()
+
+    def test_reads_wait_for_a_server_that_is_started_again(self):
+        with tempfile.TemporaryDirectory() as folder, create_server(("127.0.0.1", 0)) as held:
+            address = f"127.0.0.1:{held.getsockname()[1]}"
+            held.close()
+
+            def start():
+                server = subprocess.Popen(
+                    [DLCSD, "--listen", address, "--store", f"{folder}/jobs.db"],
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.DEVNULL,
+                    text=True,
+                )
+                self.addCleanup(server.stdout.close)
+                self.addCleanup(server.wait)
+                self.addCleanup(server.kill)
+                return server
+
+            server = start()
+            server.stdout.readline()
+            with dlcs.Client(address, timeout=60) as client:
+                name = client.submit(**FOUR_ONE, f=["1.2*sin(10*t)", "0"], tol=1e-8)
+                expected = client.result(name).x
+
+                async def read_again():
+                    async with dlcs.aio.Client(address, timeout=60) as other:
+                        return (await other.job(name)).name
+
+                reads = (
+                    lambda: [job.name for job in client.jobs()][0],
+                    lambda: name if np.array_equal(client.result(name).x, expected) else None,  # a watch at first
+                    lambda: asyncio.run(read_again()),
+                )
+                for read in reads:
+                    server.kill()
+                    server.wait()
+                    later = threading.Timer(0.3, lambda: servers.append(start()))
+                    servers = []
+                    later.start()
+                    self.assertEqual(read(), name)
+                    later.join()
+                    server = servers[0]
+                # Whether a call that writes has happened is not known: it is the caller's to repeat.
+                server.kill()
+                server.wait()
+                with self.assertRaises(dlcs.Unavailable):
+                    client.delete(name)
 
     def test_a_token_is_not_sent_without_encryption(self):
         with self.assertRaisesRegex(dlcs.InvalidArgument, "without encryption"):

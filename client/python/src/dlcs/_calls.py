@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the synchronous and the asynchronous client share: channels, methods, metadata."""
 
+import json
 import math
 import os
 import time
@@ -13,8 +14,42 @@ from . import messages
 from .errors import Error, FailedPrecondition, Unavailable, invalid, shortened, text, whole
 
 _SERVICES = ("SolverService", "JobService", "ProblemService")
-_OPTIONS = [("grpc.max_receive_message_length", -1), ("grpc.max_send_message_length", -1)]
 
+# Calls that change nothing: gRPC repeats them where no server answers, as for the seconds of a restart. Of a stream it
+# repeats the start; what breaks later is the caller's, who knows what has come.
+_READS = {
+    "SolverService": ("GetCapabilities", "AnalyzeProblem", "SolveLcp", "SolveDcp"),
+    "JobService": ("GetSolveJob", "ListSolveJobs", "WatchSolveJob", "ReadTrajectory", "ReadEnsemble"),
+    "ProblemService": ("GetProblem", "ListProblems"),
+}
+_RETRIES = {
+    "methodConfig": [
+        {
+            "name": [
+                {"service": f"dlcs.v1.{service}", "method": method}
+                for service, methods in _READS.items()
+                for method in methods
+            ],
+            # After about 0.3, 0.6, 1.2 and 2.4 seconds; gRPC allows no more attempts.
+            "retryPolicy": {
+                "maxAttempts": 5,
+                "initialBackoff": "0.3s",
+                "maxBackoff": "3s",
+                "backoffMultiplier": 2,
+                "retryableStatusCodes": ["UNAVAILABLE"],
+            },
+        }
+    ]
+}
+_OPTIONS = [
+    ("grpc.max_receive_message_length", -1),
+    ("grpc.max_send_message_length", -1),
+    ("grpc.service_config", json.dumps(_RETRIES)),
+    # Each attempt finds a server that is back, instead of the failure of an earlier connection.
+    ("grpc.initial_reconnect_backoff_ms", 100),
+    ("grpc.min_reconnect_backoff_ms", 1000),
+    ("grpc.max_reconnect_backoff_ms", 500),
+]
 
 _process: Optional[int] = None  # that has made channels
 
