@@ -3,10 +3,11 @@
 """Three fronts, six workers with wrong clocks, and a PostgreSQL with a synchronous standby, each on a machine of its
 own, of which this program breaks one after the other while clients submit and follow jobs.
 
-    tests/fleet/fleet_test.py DLCSD DLCS [--jobs 100] [--between 10] [--seed 1] [--only FAULT,...]
+    tests/fleet/fleet_test.py DLCSD DLCS [--jobs 100] [--between 10] [--seed 1] [--only FAULT,...] [--other DLCSD]
 
-Faults go on until so many jobs have ended, each kind at least once, and so many jobs end between two of them. Exit
-status 0 if all that was acknowledged is true (README.md), 77 where there are no network namespaces.
+With --other, a server is at each of its starts one of the two programs, as in a rolling upgrade and back. Faults go on
+until so many jobs have ended, each kind at least once, and so many jobs end between two of them. Exit status 0 if all
+that was acknowledged is true (README.md), 77 where there are no network namespaces.
 """
 
 import argparse
@@ -26,28 +27,37 @@ from network import Network, enter_namespaces  # noqa: E402
 enter_namespaces()
 import grpc  # noqa: E402
 from history import TRANSIENT, Clients, Solves, check_store, jobs_pb2, jobs_pb2_grpc  # noqa: E402
-from machines import Database, Server, wait_until  # noqa: E402
+from machines import Database, Relay, Server, wait_until  # noqa: E402
 
 EXAMPLE = pathlib.Path(__file__).resolve().parents[2] / "deploy" / "examples" / "rectifier.json"
 LEASE_S = 1
 CLOCKS = {"f2": 300, "f3": -300, "w1": 300, "w2": -300}
+# They reach the databases through a relay, and clients reach this front through another.
+FAR = ("f1", "w5", "w6")
 
 
 class Fleet:
-    def __init__(self, dlcsd, folder):
-        self.dlcsd = dlcsd
+    def __init__(self, programs, folder):
+        self.programs = programs
         self.folder = folder
         self.network = Network()
         self.primary, self.standby = (Database(self.network.machine(name), folder) for name in ("d1", "d2"))
         self.databases = [self.primary, self.standby]
         self.primary.create()
         self.standby.follow(self.primary)
-        hosts = ",".join(database.machine.address for database in self.databases)
+        addresses = [database.machine.address for database in self.databases]
+        to_databases = [f"{5001 + k}={address}:5432" for k, address in enumerate(addresses)]
+        self.to_databases = Relay(self.network.machine("far-db"), folder, to_databases)
+        relayed = [f"{self.to_databases.machine.address}:{5001 + k}" for k in range(len(addresses))]
         # A host that does not answer is passed over after 2 s; a connection whose data is not confirmed ends after 5 s.
         settings = "target_session_attrs=read-write&connect_timeout=2&tcp_user_timeout=5000"
-        store = f"postgresql://dlcs@{hosts}/dlcs?{settings}"
-        self.fronts = [self.server(f"f{k}", "front", store) for k in (1, 2, 3)]
-        self.workers = [self.server(f"w{k}", "worker", store) for k in range(1, 7)]
+        near, far = (f"postgresql://dlcs@{','.join(hosts)}/dlcs?{settings}" for hosts in (addresses, relayed))
+        store = lambda name: far if name in FAR else near  # noqa: E731
+        self.fronts = [self.server(name, "front", store(name)) for name in ("f1", "f2", "f3")]
+        self.workers = [self.server(name, "worker", store(name)) for name in ("w1", "w2", "w3", "w4", "w5", "w6")]
+        front = self.fronts[0]
+        self.to_front = Relay(self.network.machine("far-front"), folder, [f"50051={front.address}"])
+        front.address = f"{self.to_front.machine.address}:50051"
         for server in self.servers():
             server.start()
         for server in self.servers():
@@ -56,10 +66,16 @@ class Fleet:
     def server(self, name, role, store, machine=None):
         flags = ["--lease-ms", str(int(1000 * LEASE_S)), "--checkpoint-ms", "20", "--max-queued-jobs-per-user", "1000"]
         machine = machine or self.network.machine(name)
-        return Server(machine, self.dlcsd, role, store, self.folder, CLOCKS.get(name, 0), flags)
+        return Server(machine, self.programs, role, store, self.folder, CLOCKS.get(name, 0), flags)
 
     def servers(self):
         return [*self.fronts, *self.workers]
+
+    def databases_of(self, server):
+        """The machines where it finds the databases."""
+        if server.machine.name in FAR:
+            return [self.to_databases.machine]
+        return [database.machine for database in self.databases]
 
 
 class Faults:
@@ -116,12 +132,11 @@ class Faults:
 
     def cut_servers_from_the_database(self):
         victims = self.servers(2)
-        databases = [database.machine for database in self.fleet.databases]
         for server in victims:
-            server.machine.cut(*databases)
+            server.machine.cut(*self.fleet.databases_of(server))
         self.pause(0.5, 4 * LEASE_S)
         for server in victims:
-            server.machine.mend(*databases)
+            server.machine.mend(*self.fleet.databases_of(server))
 
     def unplug_servers(self):
         victims = self.servers(2)
@@ -138,6 +153,15 @@ class Faults:
         self.pause(1, 3)
         for server in victims:
             server.machine.unslow()
+
+    def lengthen_ways(self):
+        """A front and two workers are 50 to 200 ms from the databases and back, and the clients as far from the front.
+        The longer ones are too long for the leases of this test."""
+        for way in (self.fleet.to_databases, self.fleet.to_front):
+            way.set_delay(self.random.uniform(0.025, 0.1))
+        self.pause(2, 4)
+        for way in (self.fleet.to_databases, self.fleet.to_front):
+            way.set_delay(0)
 
     def kill_the_primary(self):
         self.fleet.primary.kill()
@@ -227,6 +251,7 @@ class Faults:
             self.cut_servers_from_the_database,
             self.unplug_servers,
             self.slow_links,
+            self.lengthen_ways,
             self.kill_the_primary,
             self.freeze_the_primary,
             self.lose_the_standby,
@@ -244,10 +269,11 @@ def main():
     options.add_argument("--between", type=int, default=10)
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--only")
+    options.add_argument("--other", type=pathlib.Path)
     asked = options.parse_args()
     folder = pathlib.Path(tempfile.mkdtemp(prefix="dlcs-fleet-"))
     solves = Solves(asked.dlcs, EXAMPLE)
-    fleet = Fleet(asked.dlcsd.resolve(), folder)
+    fleet = Fleet([program.resolve() for program in (asked.dlcsd, asked.other) if program], folder)
     clients = Clients([front.address for front in fleet.fronts], solves, asked.seed)
     faults = Faults(fleet, clients, asked.seed)
     known = [fault for fault in faults.all() if not asked.only or fault.__name__ in asked.only.split(",")]

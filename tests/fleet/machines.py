@@ -4,9 +4,11 @@
 import os
 import pathlib
 import pwd
+import random
 import shutil
 import signal
 import subprocess
+import sys
 import time
 
 PROGRAMS = sorted(pathlib.Path("/usr/lib/postgresql").glob("*/bin"))[-1]
@@ -76,22 +78,44 @@ class Process:
         return self.process.wait(timeout=seconds)
 
 
-class Server(Process):
-    """dlcsd. `clock` are the seconds by which its clock is wrong."""
+class Relay(Process):
+    """A machine through which others are reached, however far they are. `ways`: PORT=HOST:PORT."""
 
-    def __init__(self, machine, program, role, store, folder, clock=0, flags=()):
+    def __init__(self, machine, folder, ways):
+        super().__init__(folder / f"{machine.name}.log")
+        self.machine = machine
+        self.delay = folder / f"{machine.name}.delay"
+        self.set_delay(0)
+        program = pathlib.Path(__file__).parent / "relay.py"
+        self.launch(machine.command(sys.executable, program, self.delay, machine.address, *ways))
+        wait_until(lambda: self.has_said("relay ready"), 30, f"{machine.name} is ready")
+
+    def set_delay(self, seconds):
+        """From one end to the other, from now on."""
+        new = self.delay.with_suffix(".new")
+        new.write_text(str(seconds))
+        new.rename(self.delay)
+
+
+class Server(Process):
+    """dlcsd: at each start one of `programs`. `clock` are the seconds by which its clock is wrong. `address` is where
+    clients reach it."""
+
+    def __init__(self, machine, programs, role, store, folder, clock=0, flags=()):
         super().__init__(folder / f"{machine.name}.log")
         self.machine = machine
         self.role = role
         self.address = f"{machine.address}:50051"
+        self.programs = programs
         self.command = machine.command(
-            program, "--store", store, "--role", role, "--worker-name", machine.name, "--listen", self.address,
+            programs[0], "--store", store, "--role", role, "--worker-name", machine.name, "--listen", self.address,
             "--insecure-listen", "--threads", "1", *flags
         )  # fmt: skip
         self.environment = {"DLCS_TEST_CLOCK_OFFSET_S": str(clock)}
 
     def start(self):
-        self.launch(self.command, self.environment)
+        program = random.choice(self.programs)
+        self.launch([program if word == self.programs[0] else word for word in self.command], self.environment)
 
     def wait(self):
         """Until it has started; it may still look for the database."""
