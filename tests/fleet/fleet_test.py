@@ -5,9 +5,9 @@ own, of which this program breaks one after the other while clients submit and f
 
     tests/fleet/fleet_test.py DLCSD DLCS [--jobs 100] [--between 10] [--seed 1] [--only FAULT,...] [--other DLCSD]
 
-With --other, a server is at each of its starts one of the two programs, as in a rolling upgrade and back. Faults go on
-until so many jobs have ended, each kind at least once, and so many jobs end between two of them. Exit status 0 if all
-that was acknowledged is true (README.md), 77 where there are no network namespaces.
+With --other, all servers are that program at first, and one of the two at each further start, as in a rolling upgrade
+and back. Faults go on until so many jobs have ended, each kind at least once, and so many jobs end between two of them.
+Exit status 0 if all that was acknowledged is true (README.md), 77 where there are no network namespaces.
 """
 
 import argparse

@@ -98,8 +98,8 @@ class Relay(Process):
 
 
 class Server(Process):
-    """dlcsd: at each start one of `programs`. `clock` are the seconds by which its clock is wrong. `address` is where
-    clients reach it."""
+    """dlcsd: the last of `programs`, and at each further start one of them. `clock` are the seconds by which its clock
+    is wrong. `address` is where clients reach it."""
 
     def __init__(self, machine, programs, role, store, folder, clock=0, flags=()):
         super().__init__(folder / f"{machine.name}.log")
@@ -114,7 +114,7 @@ class Server(Process):
         self.environment = {"DLCS_TEST_CLOCK_OFFSET_S": str(clock)}
 
     def start(self):
-        program = random.choice(self.programs)
+        program = self.programs[-1] if self.process is None else random.choice(self.programs)
         self.launch([program if word == self.programs[0] else word for word in self.command], self.environment)
 
     def wait(self):

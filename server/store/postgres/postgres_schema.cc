@@ -165,53 +165,67 @@ DROP INDEX jobs_finished;
 CREATE INDEX jobs_finished ON jobs (finished, number) WHERE finished IS NOT NULL;
 )sql";
 
-constexpr std::array kScripts{kVersion1, kVersion2, kVersion3, kVersion4, kVersion5};
+// Of programs before version 4, changes are heard of with the next poll from version 5 on.
+constexpr std::array<PostgresMigration, 5> kSteps{
+    {{kVersion1}, {kVersion2}, {kVersion3}, {kVersion4, true}, {kVersion5, true}}};
+
+struct Versions {
+  std::size_t needed = 0;  // by a program
+  std::size_t done = 0;
+};
 
 // Absent where there are no tables.
-std::optional<std::size_t> VersionOf(PostgresConnection& connection) {
+std::optional<Versions> VersionsOf(PostgresConnection& connection) {
   if (connection.Run("SELECT 1 FROM pg_class WHERE oid = to_regclass('dlcs_schema')").empty()) return std::nullopt;
-  const PostgresRows rows = connection.Run("SELECT version FROM dlcs_schema");
+  // Earlier programs have written `version` alone.
+  const PostgresRows rows =
+      connection.Run("SELECT version, COALESCE((to_jsonb(dlcs_schema) ->> 'done')::bigint, version) FROM dlcs_schema");
   if (rows.empty()) return std::nullopt;
-  return static_cast<std::size_t>(rows.Int(0, 0));
+  return Versions{static_cast<std::size_t>(rows.Int(0, 0)), static_cast<std::size_t>(rows.Int(0, 1))};
 }
 
-// One step, unless another server has done it.
-void MigrateOnce(PostgresConnection& connection, std::span<const char* const> scripts) {
+// One step, unless another server has done it. `is_new`: nobody has used this database before.
+void MigrateOnce(PostgresConnection& connection, std::span<const PostgresMigration> steps, bool is_new) {
   PostgresTransaction transaction(connection);
   connection.Execute("SET LOCAL statement_timeout = 0; SET LOCAL lock_timeout = 0");
   connection.Run("SELECT pg_advisory_xact_lock($1)", kMigrationLock);
-  const std::optional<std::size_t> version = VersionOf(connection);
-  if (!version.has_value()) {
+  const std::optional<Versions> versions = VersionsOf(connection);
+  if (!versions.has_value()) {
     connection.Execute(
         "CREATE TABLE IF NOT EXISTS dlcs_schema (version BIGINT NOT NULL, probed BIGINT NOT NULL DEFAULT 0);"
         "INSERT INTO dlcs_schema (version) VALUES (0)");
   }
-  const std::size_t from = version.value_or(0);
-  if (from < scripts.size()) {
-    connection.Execute(scripts[from]);
-    connection.Run("UPDATE dlcs_schema SET version = $1", static_cast<std::int64_t>(from + 1));
+  const auto [needed, done] = versions.value_or(Versions());
+  if (done < steps.size()) {
+    connection.Execute(steps[done].script);
+    connection.Execute("ALTER TABLE dlcs_schema ADD COLUMN IF NOT EXISTS done BIGINT");
+    const bool stays = steps[done].bears_older_servers && !is_new;
+    connection.Run("UPDATE dlcs_schema SET version = $1, done = $2",
+                   static_cast<std::int64_t>(stays ? needed : done + 1), static_cast<std::int64_t>(done + 1));
   }
   transaction.Commit();
 }
 
 }  // namespace
 
-std::span<const char* const> PostgresMigrations() { return kScripts; }
+std::span<const PostgresMigration> PostgresMigrations() { return kSteps; }
 
-absl::Status Migrate(PostgresConnection& connection, std::span<const char* const> scripts, IfMissing if_missing) {
+absl::Status Migrate(PostgresConnection& connection, std::span<const PostgresMigration> steps, IfMissing if_missing) {
+  bool is_new = false;
   for (;;) {
-    const std::optional<std::size_t> version = VersionOf(connection);
-    if (version == scripts.size()) return absl::OkStatus();
-    if (version > scripts.size()) {
+    const std::optional<Versions> versions = VersionsOf(connection);
+    if (versions && versions->needed > steps.size()) {
       return absl::FailedPreconditionError(fmt::format(
           "The job store has schema version {}, and this program knows versions up to {}: use a newer program.",
-          *version, scripts.size()));
+          versions->needed, steps.size()));
     }
-    if (!version.has_value() && if_missing == IfMissing::kFail) {
+    if (versions && versions->done >= steps.size()) return absl::OkStatus();
+    if (!versions && if_missing == IfMissing::kFail) {
       throw PostgresError("42P01", "the tables of the job store are no longer there");
     }
+    is_new = is_new || !versions;
     const Duration patience = connection.set_patience(kPatience);
-    MigrateOnce(connection, scripts);
+    MigrateOnce(connection, steps, is_new);
     connection.set_patience(patience);
   }
 }

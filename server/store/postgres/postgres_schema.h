@@ -18,16 +18,24 @@ inline constexpr char kPostgresQueued = 'q';
 inline constexpr char kPostgresEvents = 'e';
 inline constexpr char kPostgresCancelling = 'c';
 
-// Script k takes a database from version k to k + 1. Never change one that was released: add the next.
-std::span<const char* const> PostgresMigrations();
+// A step from one version to the next.
+struct PostgresMigration {
+  const char* script;
+  // Servers that know the version before, but not this one, may go on: it takes nothing away that they need.
+  bool bears_older_servers = false;
+};
+
+// Step k takes a database from version k to k + 1. Never change one that was released: add the next.
+std::span<const PostgresMigration> PostgresMigrations();
 
 enum class IfMissing { kCreate, kFail };
 
-// Brings the schema at the head of the search path to the version of the last script, each step in a transaction of its
-// own under a lock shared by all servers: the first one migrates, the others wait. The version is in dlcs_schema.
-// Errors: FAILED_PRECONDITION for a database made by a newer program. Throws PostgresError; 42P01 if there are no
-// tables and they must not be created.
-absl::Status Migrate(PostgresConnection& connection, std::span<const char* const> scripts, IfMissing if_missing);
+// Brings the schema at the head of the search path to the version of the last step, or leaves it at a later one that
+// bears this program. Each step has a transaction of its own under a lock shared by all servers: the first one
+// migrates, the others wait. In dlcs_schema, `done` is the version, and `version` the one that a program must know: it
+// stays where a step bears older servers, unless the database is new. Errors: FAILED_PRECONDITION for a database that
+// needs a newer program. Throws PostgresError; 42P01 if there are no tables and they must not be created.
+absl::Status Migrate(PostgresConnection& connection, std::span<const PostgresMigration> steps, IfMissing if_missing);
 
 }  // namespace dlcs::jobs
 

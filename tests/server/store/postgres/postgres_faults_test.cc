@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <span>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -33,6 +34,7 @@ using testing::PostgresServer;
 using testing::SampleEnd;
 using testing::SampleJob;
 using testing::SampleWindow;
+using ::testing::ThrowsMessage;
 
 // In a schema of the test's own. What the store writes into the log is kept.
 class PostgresFaultsTest : public ::testing::Test {
@@ -106,10 +108,17 @@ TEST_F(PostgresFaultsTest, AServerThatHangsIsGivenUpAfterAWhile) {
   UseAnotherServer();
   const auto store = Open();
   const std::vector<JobId> ids = Fill(*store, 3);
+  const std::string address = server_->AddressOf(schema_);
+  PostgresConnection session(address, 2s);
   server_->Freeze();
+  // The store has one of the two: its session is taken where others are still being told of the new jobs.
   ExpectSick(*store, absl::StatusCode::kUnavailable, "cannot be reached");
-  // In a session that is open, or while one is opened.
-  EXPECT_THAT(log_.str(), AnyOf(HasSubstr("no response"), HasSubstr("timeout expired")));
+  EXPECT_THAT(log_.str(), AnyOf(HasSubstr("no response of the database server for 4 s"), HasSubstr("timeout expired")));
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THAT([&] { session.Run("SELECT 1::text"); },
+              ThrowsMessage<PostgresError>(HasSubstr("no response of the database server for 2 s")));
+  EXPECT_THAT([&] { PostgresConnection(address, 2s); }, ThrowsMessage<PostgresError>(HasSubstr("timeout expired")));
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 4s);
   server_->Thaw();
   ExpectWellSoon(*store, ids);
 }
@@ -320,17 +329,48 @@ TEST_F(PostgresFaultsTest, PasswordsAreNeverRepeated) {
 
 TEST_F(PostgresFaultsTest, MigrationsKeepTheRowsAndAFailedStepLeavesTheVersionBefore) {
   PostgresConnection connection = ConnectionIn("migrations");
-  const char* const first[] = {"CREATE TABLE t (a BIGINT); INSERT INTO t VALUES (1)"};
+  const PostgresMigration first[] = {{"CREATE TABLE t (a BIGINT); INSERT INTO t VALUES (1)"}};
   ASSERT_TRUE(Migrate(connection, first, IfMissing::kCreate).ok());
-  const char* const broken[] = {first[0], "ALTER TABLE t ADD COLUMN b BIGINT DEFAULT 7; SELECT nothing FROM nowhere"};
+  const PostgresMigration broken[] = {first[0],
+                                      {"ALTER TABLE t ADD COLUMN b BIGINT DEFAULT 7; SELECT nothing FROM nowhere"}};
   EXPECT_THROW((void)Migrate(connection, broken, IfMissing::kCreate), PostgresError);
   EXPECT_EQ(connection.Run("SELECT version FROM dlcs_schema").Int(0, 0), 1);
   EXPECT_THROW(connection.Run("SELECT b FROM t"), PostgresError);
-  const char* const mended[] = {first[0], "ALTER TABLE t ADD COLUMN b BIGINT DEFAULT 7", "INSERT INTO t VALUES (2, 8)"};
+  const PostgresMigration mended[] = {
+      first[0], {"ALTER TABLE t ADD COLUMN b BIGINT DEFAULT 7"}, {"INSERT INTO t VALUES (2, 8)"}};
   ASSERT_TRUE(Migrate(connection, mended, IfMissing::kFail).ok());
   ASSERT_TRUE(Migrate(connection, mended, IfMissing::kFail).ok());  // nothing left to do
   EXPECT_EQ(connection.Run("SELECT version FROM dlcs_schema").Int(0, 0), 3);
   EXPECT_EQ(connection.Run("SELECT string_agg(a || ':' || b, ',' ORDER BY a) FROM t").Bytes(0, 0), "1:7,2:8");
+}
+
+TEST_F(PostgresFaultsTest, OlderServersGoOnAsLongAsAllStepsBearThem) {
+  PostgresConnection connection = ConnectionIn("upgrades");
+  const PostgresMigration steps[] = {
+      {"CREATE TABLE t (a BIGINT)"}, {"ALTER TABLE t ADD COLUMN b BIGINT", true}, {"ALTER TABLE t DROP COLUMN a"}};
+  const auto program = [&](std::size_t knows) {
+    return Migrate(connection, std::span(steps).first(knows), IfMissing::kCreate);
+  };
+  const auto version = [&](const char* column) {
+    return connection.Run(std::string("SELECT ") + column + " FROM dlcs_schema").Int(0, 0);
+  };
+  ASSERT_TRUE(program(1).ok());
+  connection.Execute("ALTER TABLE dlcs_schema DROP COLUMN done");  // as earlier programs have left it
+  ASSERT_TRUE(program(1).ok());
+  ASSERT_TRUE(program(2).ok());
+  EXPECT_EQ(version("done"), 2);
+  EXPECT_EQ(version("version"), 1);
+  ASSERT_TRUE(program(1).ok());
+  EXPECT_EQ(version("done"), 2);
+  ASSERT_TRUE(program(3).ok());
+  EXPECT_EQ(version("version"), 3);
+  EXPECT_EQ(program(2).code(), absl::StatusCode::kFailedPrecondition);
+
+  // A new database is for programs that know all of it.
+  PostgresConnection other = ConnectionIn("upgrades_anew");
+  ASSERT_TRUE(Migrate(other, std::span(steps).first(2), IfMissing::kCreate).ok());
+  EXPECT_EQ(Migrate(other, std::span(steps).first(1), IfMissing::kCreate).code(),
+            absl::StatusCode::kFailedPrecondition);
 }
 
 TEST_F(PostgresFaultsTest, AStoreWhoseTablesNotifiedIsTakenUp) {
@@ -350,7 +390,7 @@ TEST_F(PostgresFaultsTest, AStoreWhoseTablesNotifiedIsTakenUp) {
   ASSERT_TRUE(store->Append((*claimed)->lease, SampleWindow(0, 10)).ok());
   ASSERT_TRUE(store->Finish((*claimed)->lease, SampleEnd(20)).ok());
   EXPECT_EQ(*store->Expire({.max_finished_bytes = 0}), 1);
-  EXPECT_EQ(connection.Run("SELECT version FROM dlcs_schema").Int(0, 0), 5);
+  EXPECT_EQ(connection.Run("SELECT done FROM dlcs_schema").Int(0, 0), 5);
   EXPECT_EQ(connection.TakeNotifications().size(), 0u) << "in the transaction of a claim, a window or an end";
 }
 
