@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Passes connections on, and what is sent on them later: a long way between two machines. The kernel could delay packets
-(tc netem), but not every kernel has it.
+"""Passes connections on, and what is sent on them later: a long way between two machines. Kernels can delay packets too
+(tc netem), but not all of them.
 
     relay.py DELAY_FILE ADDRESS PORT=HOST:PORT...
 
