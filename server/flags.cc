@@ -198,6 +198,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--mpi-program", config.mpi_program,
                  "What the launcher starts: a path, or a name beside dlcsd or in PATH");
   app.add_option("--mpi-host", config.mpi_host, "Name or address of this machine at which those processes reach it");
+  app.add_option("--mpi-patience-ms", config.mpi_patience_ms,
+                 "If one of those processes gives no sign of life for this long, its job is resumed");
   app.add_option("--max-ranks", config.max_ranks,
                  "Most processes of MPI of one job; 0: one per processor, with --mpi-launcher. A front needs it");
   app.add_option("--checkpoint-ms", config.checkpoint_ms, "How often the progress of a running job is stored");

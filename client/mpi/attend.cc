@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <stop_token>
 #include <thread>
 #include <utility>
@@ -45,11 +46,66 @@ std::string TakeVariable(const char* name) {
 std::shared_ptr<grpc::Channel> ConnectTo(const std::string& worker) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kRankPing_ms);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kRankPing_ms);
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   return grpc::CreateCustomChannel(worker, grpc::InsecureChannelCredentials(), arguments);
 }
+
+// What another rank than the first has with the worker, which misses it if it is lost or stands still.
+class Presence {
+ public:
+  explicit Presence(int rank) {
+    hello_.set_rank(rank);
+    hello_.set_secret(TakeVariable(kSecretVariable));
+    worker_ = TakeVariable(kWorkerVariable);
+    stub_ = ranks::RankLink::NewStub(ConnectTo(worker_));
+    thread_ = std::thread([this] { Come(); });
+  }
+  // Says that this rank has done its part.
+  ~Presence() {
+    {
+      const std::lock_guard lock(mutex_);
+      is_leaving_ = true;
+      if (has_come_) {
+        stream_->Write(hello_);
+        stream_->WritesDone();
+      } else {
+        context_.TryCancel();  // it may still wait for an answer of the network
+      }
+    }
+    thread_.join();
+  }
+  Presence(const Presence&) = delete;
+  Presence& operator=(const Presence&) = delete;
+
+ private:
+  void Come() {
+    stream_ = stub_->Stay(&context_);
+    const bool was_heard = stream_->Write(hello_);
+    {
+      const std::lock_guard lock(mutex_);
+      has_come_ = was_heard;
+      if (!was_heard && !is_leaving_) {
+        fmt::print(stderr, "dlcs-mpi: rank {} does not reach its worker, {}, which will not miss it if it hangs\n",
+                   hello_.rank(), worker_);
+      }
+    }
+    // The worker's probes are answered at once where somebody waits for the worker, and every five seconds elsewhere.
+    for (ranks::Goodbye goodbye; stream_->Read(&goodbye);) continue;
+    stream_->Finish().IgnoreError();
+  }
+
+  ranks::Hello hello_;
+  std::string worker_;
+  std::unique_ptr<ranks::RankLink::Stub> stub_;
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReaderWriter<ranks::Hello, ranks::Goodbye>> stream_;
+  std::mutex mutex_;
+  bool has_come_ = false, is_leaving_ = false;
+  std::thread thread_;
+};
 
 // The first rank's end of the conversation. The sink is for the thread that solves.
 class WorkerLink final : public AttemptSink {
@@ -197,7 +253,12 @@ void SayIfNothingWasShared(const MpiVolume& before, AttemptSink& sink) {
 
 int Attend(MpiWorld& world, const std::string& refusal) {
   std::unique_ptr<WorkerLink> link;
-  if (world.rank() == 0) link = std::make_unique<WorkerLink>();
+  std::optional<Presence> presence;
+  if (world.rank() == 0) {
+    link = std::make_unique<WorkerLink>();
+  } else if (refusal.empty()) {
+    presence.emplace(world.rank());
+  }
   std::string text = world.OfFirst(link ? link->Receive(world.size(), refusal) : "");
   if (text.empty()) return refusal.empty() ? kServiceFailed : kBadInput;
   ranks::Work work;

@@ -77,6 +77,9 @@ absl::Status ValidateRanks(const ServerConfig& config) {
   if (config.max_ranks > 0 && config.mpi_launcher.empty() && config.role != "front") {
     return OutOfRange("--max-ranks", config.max_ranks, "given with --mpi-launcher, which starts them; or to a front");
   }
+  if (config.mpi_patience_ms < 1000 || config.mpi_patience_ms > 3'600'000) {
+    return OutOfRange("--mpi-patience-ms", config.mpi_patience_ms, "between 1000 and 3600000");
+  }
   return absl::OkStatus();
 }
 

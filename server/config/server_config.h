@@ -68,8 +68,10 @@ struct ServerConfig {
   std::string mpi_launcher;
   // What it starts.
   std::string mpi_program = "dlcs-mpi";
-  // The name or address of this machine at which the first rank reaches it, on a port that is free. Not encrypted.
+  // The name or address of this machine at which ranks reach it, on a port that is free. Not encrypted.
   std::string mpi_host = "127.0.0.1";
+  // A rank that gives no sign of life for this long is missed: the attempt ends, and the job is resumed.
+  std::int64_t mpi_patience_ms = 30'000;
   // Most ranks of one job. 0 takes one per processor where there is a launcher, and otherwise none. A front, which has
   // no launcher, admits jobs by it.
   int max_ranks = 0;

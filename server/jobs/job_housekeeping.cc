@@ -93,7 +93,8 @@ void JobManager::ReclaimJobs() {
   }
   const absl::StatusOr<std::vector<Job>> jobs = store_.ListClaimable(options_.limits.max_queued_jobs);
   const std::lock_guard lock(mutex_);
-  if (!jobs.ok() || !jobs->empty()) idle_since_ = clock_.Elapsed();
+  const auto is_for_us = [this](const Job& job) { return CanRun(job.about); };
+  if (!jobs.ok() || std::any_of(jobs->begin(), jobs->end(), is_for_us)) idle_since_ = clock_.Elapsed();
   if (!jobs.ok()) return;
   for (const Job& job : *jobs) {
     gone.erase(job.id);

@@ -64,22 +64,24 @@ JobManager::~JobManager() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-Scheduler::Request JobManager::RequestOf(const Job& job) {
+Scheduler::Request JobManager::RequestOf(const Job& job) const {
   return {.id = job.id,
           .owner = job.owner,
           .priority = job.priority,
           .demand = job.demand,
           .deadline = job.deadline,
-          .takes_free_cores = job.shards > 0};
+          .takes_free_cores = job.shards > 0,
+          .is_for_others = !CanRun(job.about)};
 }
 
-Scheduler::Request JobManager::RequestOf(const NewJob& job) {
+Scheduler::Request JobManager::RequestOf(const NewJob& job) const {
   return {.id = job.id,
           .owner = job.owner,
           .priority = job.priority,
           .demand = job.demand,
           .deadline = job.deadline,
-          .takes_free_cores = !job.shards.empty()};
+          .takes_free_cores = !job.shards.empty(),
+          .is_for_others = !CanRun(job.about)};
 }
 
 absl::StatusOr<Demand> JobManager::DemandOf(const Submission& submission) const {

@@ -69,6 +69,9 @@ struct JobManagerOptions {
   EventLogLimits log;
   // False for a server that does not run jobs itself; limits.cores are then those of the other servers.
   bool runs_jobs = true;
+  // Whether this server can run a job with this Job::about. It leaves others to servers that can. Called with a lock
+  // held, for each job once.
+  std::function<bool(const std::string& about)> can_run = [](const std::string&) { return true; };
   // The name of this server among those that share the store; the same after a restart, so that it finds its jobs.
   std::string worker = "dlcsd";
   Duration lease = std::chrono::seconds(30);  // renewed every quarter of it
@@ -127,6 +130,8 @@ class JobManager {
   // For how long there has been nothing to run, here or to be claimed from the store. A store that does not answer may
   // have jobs, so that the time begins again when it does.
   Duration idle_for() const;
+  // Whether this server itself would run a job with this Job::about.
+  bool CanRun(const std::string& about) const { return options_.runs_jobs && options_.can_run(about); }
   JobStore& store() { return store_; }
   const JobManagerOptions& options() const { return options_; }
 
@@ -187,8 +192,8 @@ class JobManager {
   std::optional<Time> NextDeadline() const;
 
   std::shared_ptr<EventLog> LogOf(const Job& job);
-  static Scheduler::Request RequestOf(const Job& job);
-  static Scheduler::Request RequestOf(const NewJob& job);
+  Scheduler::Request RequestOf(const Job& job) const;
+  Scheduler::Request RequestOf(const NewJob& job) const;
 
   const JobManagerOptions options_;
   JobStore& store_;

@@ -111,7 +111,8 @@ void Scheduler::Add(Request request) {
   Owner& owner = owners_[request.owner];
   if (owner.queue.empty()) owner.deficit = Savings(owner);
   owner.queued_core_seconds += request.demand.core_seconds;
-  owner.queue[key] = {.request = std::move(request), .passed_over_since = std::nullopt};
+  const bool is_aside = request.is_for_others;
+  owner.queue[key] = {.request = std::move(request), .passed_over_since = std::nullopt, .is_aside = is_aside};
 }
 
 Scheduler::Request Scheduler::Take(const JobId& id) {
@@ -222,7 +223,7 @@ std::optional<Scheduler::Choice> Scheduler::Choose(bool only_fitting) {
 std::optional<Scheduler::Start> Scheduler::StartNext() {
   const std::optional<Choice> turn = Choose(false);
   if (!turn.has_value()) {
-    if (running_.empty()) owners_.clear();  // nobody to be compared with
+    if (running_.empty() && queued_.empty()) owners_.clear();  // nobody to be compared with
     return std::nullopt;
   }
   const Demand& demand = turn->job->second.request.demand;

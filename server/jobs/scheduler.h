@@ -65,6 +65,8 @@ class Scheduler {
     std::optional<Time> deadline;
     // It starts with the cores that are free, at least one and at most demand.threads, instead of waiting for all.
     bool takes_free_cores = false;
+    // It has its place in the queue, but this server never starts it: another one can.
+    bool is_for_others = false;
   };
 
   // `clock` must outlive it.
@@ -132,7 +134,7 @@ class Scheduler {
   struct Queued {
     Request request;
     std::optional<Duration> passed_over_since;
-    bool is_aside = false;
+    bool is_aside = false;  // nothing starts it
   };
   struct Owner {
     std::map<QueueKey, Queued> queue;

@@ -141,7 +141,7 @@ absl::StatusOr<v1::SolveJob> JobService::Submit(const CreateRequest& request, jo
   submission.body = WithTraceId(std::move(submission.body), trace_id);  // a client that repeats it may be in another
   const absl::StatusOr<jobs::JobStore::Created> created = jobs_.manager().Submit(submission);
   if (!created.ok()) return WithDetails(created.status());
-  return ToProto(created->job);
+  return Show(created->job);
 }
 
 absl::StatusOr<v1::SolveJob> JobService::CreateEnsemble(const Caller& caller, v1::CreateEnsembleJobRequest request,
@@ -175,12 +175,22 @@ absl::StatusOr<v1::SolveJob> JobService::CreateEnsemble(const Caller& caller, v1
   return Submit(request, std::move(submission), trace_id);
 }
 
+v1::SolveJob JobService::Show(const jobs::Job& job) const {
+  v1::SolveJob shown = ToProto(job);
+  const int ranks = shown.options().ranks();
+  if (job.state == jobs::JobState::kQueued && ranks > 0 && !jobs_.manager().CanRun(job.about)) {
+    shown.set_waiting_for(
+        fmt::format("a server that starts {0} ranks of MPI: --mpi-launcher, and --max-ranks {0} or more", ranks));
+  }
+  return shown;
+}
+
 absl::StatusOr<v1::SolveJob> JobService::Get(const Caller& caller, const v1::GetSolveJobRequest& request) {
   const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
   if (!id.ok()) return id.status();
   const absl::StatusOr<jobs::Job> job = jobs_.manager().store().Get(caller.SeesJobsOf(), *id);
   if (!job.ok()) return job.status();
-  v1::SolveJob result = ToProto(*job);
+  v1::SolveJob result = Show(*job);
   if (!jobs::IsFinal(job->state)) return result;
   const auto last = jobs_.manager().store().ReadEvents(*id, job->last_event - 1, 1);
   if (!last.ok()) return last.status();
@@ -203,7 +213,7 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const Caller& caller,
   if (!page.ok()) return page.status();
   v1::ListSolveJobsResponse response;
   for (const jobs::Job& job : page->jobs) {
-    v1::SolveJob& listed = *response.add_jobs() = ToProto(job);
+    v1::SolveJob& listed = *response.add_jobs() = Show(job);
     if (listed.has_ensemble()) listed.mutable_ensemble()->clear_columns();
   }
   response.set_next_page_token(page->next_page_token);
@@ -215,7 +225,7 @@ absl::StatusOr<v1::SolveJob> JobService::Cancel(const Caller& caller, const v1::
   if (!id.ok()) return id.status();
   const absl::StatusOr<jobs::Job> job = jobs_.manager().Cancel(caller.SeesJobsOf(), *id);
   if (!job.ok()) return job.status();
-  return ToProto(*job);
+  return Show(*job);
 }
 
 absl::StatusOr<v1::DeleteSolveJobResponse> JobService::Delete(const Caller& caller,

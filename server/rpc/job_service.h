@@ -60,6 +60,8 @@ class JobService final : public v1::JobService::CallbackService {
   absl::StatusOr<v1::Accepted> CreateForSolve(const Caller& caller, const v1::SolveRequest& request,
                                               std::chrono::system_clock::time_point deadline,
                                               const std::string& trace_id);
+  // `job` as a message, with what it waits for.
+  v1::SolveJob Show(const jobs::Job& job) const;
   absl::StatusOr<v1::SolveJob> Get(const Caller& caller, const v1::GetSolveJobRequest& request);
   absl::StatusOr<v1::ListSolveJobsResponse> List(const Caller& caller, const v1::ListSolveJobsRequest& request);
   absl::StatusOr<v1::SolveJob> Cancel(const Caller& caller, const v1::CancelSolveJobRequest& request);

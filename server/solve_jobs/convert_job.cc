@@ -107,6 +107,11 @@ v1::SolveJob ToProto(const jobs::Job& job) {
   return result;
 }
 
+int RanksOf(const std::string& about) {
+  v1::SolveJob job;
+  return job.ParseFromString(about) ? job.options().ranks() : 0;
+}
+
 v1::SolveEvent ToProto(const jobs::Event& event) {
   v1::SolveEvent result;
   switch (event.kind) {

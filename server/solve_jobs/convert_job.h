@@ -25,8 +25,10 @@ jobs::Time FromProto(const google::protobuf::Timestamp& time);
 v1::JobState ToProto(jobs::JobState state);
 // Absent for a state that this version does not know.
 std::optional<jobs::JobState> FromProto(v1::JobState state);
-// Without the summary.
+// Without the summary, and without what it waits for.
 v1::SolveJob ToProto(const jobs::Job& job);
+// Of a job with this Job::about, the ranks of MPI that it asks for; 0: none.
+int RanksOf(const std::string& about);
 
 // The payloads of events are SolveEvents in which only the kind is set (JobSolver makes them); of kState it is the
 // state's name, of kSummary a Summary or nothing.

@@ -9,6 +9,7 @@
 
 #include "fmt/format.h"
 #include "server/jobs/event_log.h"
+#include "server/solve_jobs/convert_job.h"
 #include "server/store/open_store.h"
 
 namespace dlcs {
@@ -41,6 +42,7 @@ jobs::JobManagerOptions ToJobManagerOptions(const ServerConfig& config) {
   jobs::JobManagerOptions options;
   options.runs_jobs = config.role != "front";
   if (jobs::IsShared(config.store)) options.worker = WorkerName(config);
+  options.can_run = [most = config.max_ranks](const std::string& about) { return RanksOf(about) <= most; };
   options.lease = std::chrono::milliseconds(config.lease_ms);
   jobs::SchedulerLimits& limits = options.limits;
   limits.cores = config.threads;
@@ -65,7 +67,10 @@ jobs::JobManagerOptions ToJobManagerOptions(const ServerConfig& config) {
 }
 
 RankSettings RankSettingsOf(const ServerConfig& config) {
-  return {.launcher = config.mpi_launcher, .program = config.mpi_program, .host = config.mpi_host};
+  return {.launcher = config.mpi_launcher,
+          .program = config.mpi_program,
+          .host = config.mpi_host,
+          .patience = std::chrono::milliseconds(config.mpi_patience_ms)};
 }
 
 SessionLimits ToJobLimits(const ServerConfig& config) {

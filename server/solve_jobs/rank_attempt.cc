@@ -34,6 +34,8 @@ using std::chrono::steady_clock;
 constexpr milliseconds kLookAtRanks{20};
 // From a request to stop, or from the end of the conversation, to the end of the ranks.
 constexpr milliseconds kPatienceWithRanks{5000};
+// From when a rank was missed to the end of the others: a launcher that misses it too says more about it.
+constexpr milliseconds kPatienceWithLauncher{1000};
 
 using Stream = grpc::ServerReaderWriter<ranks::ToRanks, ranks::FromRanks>;
 
@@ -41,8 +43,9 @@ bool IsSame(const std::string& one, const std::string& other) {
   return one.size() == other.size() && CRYPTO_memcmp(one.data(), other.data(), one.size()) == 0;
 }
 
-// The conversation with the first rank, on a thread of gRPC; other functions from any thread.
-class RankHost final : public ranks::RankLink::Service {
+// The conversation with the first rank, on a thread of gRPC, and the presence of the others, which takes no thread.
+// Other functions from any thread.
+class RankHost final : public ranks::RankLink::WithCallbackMethod_Stay<ranks::RankLink::Service> {
  public:
   RankHost(std::string secret, int ranks, ranks::Work work, jobs::JobRun& run)
       : secret_(std::move(secret)), ranks_(ranks), work_(std::move(work)), run_(run) {}
@@ -69,6 +72,10 @@ class RankHost final : public ranks::RankLink::Service {
     return grpc::Status::OK;
   }
 
+  grpc::ServerBidiReactor<ranks::Hello, ranks::Goodbye>* Stay(grpc::CallbackServerContext* context) override {
+    return new Guest(*this, context->peer());
+  }
+
   // Tells the first rank to stop, once it is there. Does not wait for it.
   void Stop() {
     const std::lock_guard lock(mutex_);
@@ -77,17 +84,42 @@ class RankHost final : public ranks::RankLink::Service {
   }
 
   struct State {
-    bool has_come = false, has_gone = false;
+    bool has_come = false;      // the first rank
+    std::optional<int> missed;  // the first that went, or stood still, before it had done its part
     std::optional<jobs::JobEnd> end;
-
-    bool is_over() const { return has_gone || end; }
   };
   State state() const {
     const std::lock_guard lock(mutex_);
-    return {has_come_, has_gone_, end_};
+    return {has_come_, missed_, end_};
   }
 
  private:
+  // A rank that is not the first. Deletes itself.
+  class Guest final : public grpc::ServerBidiReactor<ranks::Hello, ranks::Goodbye> {
+   public:
+    Guest(RankHost& host, std::string peer) : host_(host), peer_(std::move(peer)) { StartRead(&hello_); }
+
+    void OnReadDone(bool ok) override {
+      if (rank_) {
+        if (!ok) host_.Miss(*rank_);
+        Finish(grpc::Status::OK);
+      } else if (ok && IsSame(hello_.secret(), host_.secret_)) {
+        rank_ = hello_.rank();
+        StartRead(&hello_);
+      } else {
+        spdlog::warn("job {}: {} called its worker without the secret", host_.run_.id(), peer_);
+        Finish({grpc::StatusCode::PERMISSION_DENIED, "this is not the secret of the attempt"});
+      }
+    }
+    void OnDone() override { delete this; }
+
+   private:
+    RankHost& host_;
+    const std::string peer_;
+    ranks::Hello hello_;
+    std::optional<int> rank_;  // once it is known
+  };
+
   std::string WhyNot(const ranks::Hello& hello) const {
     if (hello.version() != kVersion) {
       return fmt::format("The ranks are dlcs-mpi {}, and the worker is dlcsd {}.", hello.version(), kVersion);
@@ -119,8 +151,7 @@ class RankHost final : public ranks::RankLink::Service {
     }
     writer.request_stop();
     writer.join();
-    const std::lock_guard lock(mutex_);
-    has_gone_ = true;
+    Miss(0);
   }
 
   // The work, and then what comes up.
@@ -160,6 +191,11 @@ class RankHost final : public ranks::RankLink::Service {
     if (!end_) end_ = std::move(end);
   }
 
+  void Miss(int rank) {
+    const std::lock_guard lock(mutex_);
+    if (!missed_) missed_ = rank;
+  }
+
   const std::string secret_;
   const int ranks_;
   ranks::Work work_;  // until it is sent
@@ -168,20 +204,24 @@ class RankHost final : public ranks::RankLink::Service {
   mutable std::mutex mutex_;
   std::condition_variable_any to_tell_;
   jobs::EventDetail wanted_;
-  bool has_come_ = false, has_gone_ = false, wants_stop_ = false;
+  bool has_come_ = false, wants_stop_ = false;
+  std::optional<int> missed_;
   std::optional<jobs::JobEnd> end_;
 };
 
 // The server of one attempt.
 class RankPort {
  public:
-  RankPort(RankHost& host, const std::string& address) {
+  // Listens on `address`, and looks for signs of life of all who call within `patience`.
+  RankPort(RankHost& host, const std::string& address, milliseconds patience) {
     const bool is_v6 = address.find(':') != std::string::npos;
     const std::string name = is_v6 ? "[" + address + "]" : address;
     grpc::ServerBuilder builder;
     builder.SetMaxReceiveMessageSize(-1);
-    builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kRankPing_ms);
-    builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kRankPing_ms);
+    // Asked after half of it, and missed after the other half, however long ranks have nothing to say.
+    builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, static_cast<int>(patience.count() / 2));
+    builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, static_cast<int>(patience.count() / 2));
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kRankPing_ms / 2);
     builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
     builder.AddListeningPort(name + ":0", grpc::InsecureServerCredentials(), &port_);
@@ -213,15 +253,16 @@ void EmitLog(const std::string& text, jobs::JobRun& run) {
   run.Emit(jobs::EventKind::kLog, event.SerializeAsString());
 }
 
-// Why there is no end: the launcher has ended, or the conversation with the first rank.
-jobs::JobEnd BrokenOff(const RankLauncher& launcher, bool has_come, jobs::JobRun& run) {
+// Why there is no end: the launcher has ended, or a rank is missed.
+jobs::JobEnd BrokenOff(const RankLauncher& launcher, const RankHost::State& state, jobs::JobRun& run) {
   const std::string how = launcher.HowItEnded();
-  if (!has_come && !launcher.WasKilled()) {
+  if (!state.has_come && !state.missed && !launcher.WasKilled()) {
     return {absl::FailedPreconditionError(
                 fmt::format("The launcher of this worker {} before its first rank was there.", how)),
             ""};
   }
-  const std::string text = fmt::format("The ranks of this attempt broke down: the launcher {}.", how);
+  const std::string missed = state.missed ? fmt::format("rank {} was missed first; ", *state.missed) : "";
+  const std::string text = fmt::format("The ranks of this attempt broke down: {}the launcher {}.", missed, how);
   spdlog::warn("job {}: {}", run.id(), text);
   EmitLog(text, run);
   return {absl::AbortedError(text), ""};
@@ -253,7 +294,7 @@ jobs::JobEnd SolveOnRanks(const RankSettings& settings, v1::SolveRequest request
 
   const std::string secret = jobs::NewJobId();  // 128 random bits
   RankHost host(secret, ranks, std::move(work), run);
-  RankPort port(host, settings.host);
+  RankPort port(host, settings.host, settings.patience);
   if (!port.is_open()) {
     return {absl::FailedPreconditionError(
                 fmt::format("This worker cannot listen on --mpi-host {} for its ranks.", settings.host)),
@@ -267,8 +308,14 @@ jobs::JobEnd SolveOnRanks(const RankSettings& settings, v1::SolveRequest request
   bool told_to_stop = false;
   while (!(*launcher)->Wait(kLookAtRanks) && (!until || steady_clock::now() < *until)) {
     if (run.stop().stop_requested() && !std::exchange(told_to_stop, true)) host.Stop();
-    if (!until && (told_to_stop || host.state().is_over())) until = steady_clock::now() + kPatienceWithRanks;
+    if (until) continue;
+    if (const RankHost::State state = host.state(); told_to_stop || state.end) {
+      until = steady_clock::now() + kPatienceWithRanks;
+    } else if (state.missed) {
+      until = steady_clock::now() + kPatienceWithLauncher;
+    }
   }
+  const RankHost::State before = host.state();  // its end takes all ranks along
   (*launcher)->End();
   port.Close();
   if (const RankHost::State state = host.state(); state.end) {
@@ -276,7 +323,7 @@ jobs::JobEnd SolveOnRanks(const RankSettings& settings, v1::SolveRequest request
   } else if (run.stop().stop_requested()) {
     return {absl::CancelledError(), ""};
   } else {
-    return BrokenOff(**launcher, state.has_come, run);
+    return BrokenOff(**launcher, {state.has_come, before.missed, {}}, run);
   }
 }
 

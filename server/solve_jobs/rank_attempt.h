@@ -16,13 +16,14 @@
 namespace dlcs {
 
 // Starts `request.options().ranks()` ranks for `run`, and is the worker of the first of them: serves RankLink
-// (server/solve_jobs/rank_link.proto) on a free port of `settings.host` for it alone, who knows the secret of this
-// attempt. Events, windows and the end are passed on to the run; requests to stop to the ranks, who have some seconds
-// to end before they are ended. Returns when launcher and ranks have ended.
+// (server/solve_jobs/rank_link.proto) on a free port of `settings.host` for these ranks alone, which know the secret of
+// this attempt. Events, windows and the end are passed on to the run; requests to stop to the ranks, who have some
+// seconds to end before they are ended. Returns when launcher and ranks have ended.
 //
 // Ends as jobs::SolveFunction says: as the first rank tells; with FAILED_PRECONDITION where the launcher cannot be
 // started, ends before its first rank is there, or starts another world than it was asked for; ABORTED where ranks are
-// killed or end without a word. `request` names no uploaded problem. `limits` are those of one rank.
+// killed, end without a word, or give no sign of life for `settings.patience`. `request` names no uploaded problem.
+// `limits` are those of one rank.
 jobs::JobEnd SolveOnRanks(const RankSettings& settings, v1::SolveRequest request, EarlierAttempts earlier,
                           std::chrono::milliseconds checkpoint_every, const SessionLimits& limits, jobs::JobRun& run);
 

@@ -21,11 +21,13 @@ namespace dlcs {
 struct RankSettings {
   std::string launcher;  // "mpirun -n {ranks}"; empty: none
   std::string program;   // dlcs-mpi: a path, or a name that is looked for beside this program and then in PATH
-  std::string host;      // of this machine, as the first rank reaches it
+  std::string host;      // of this machine, as ranks reach it
+  // A rank that gives no sign of life for this long is missed.
+  std::chrono::milliseconds patience{30'000};
 };
 
-// Names of the variables that tell the first rank where its worker is, and prove to the worker that it is the first
-// rank. Launchers pass the environment on, and print what ranks print: nothing secret goes through a pipe.
+// Names of the variables that tell ranks where their worker is, and prove to the worker that they are its ranks.
+// Launchers pass the environment on, and print what ranks print: nothing secret goes through a pipe.
 inline constexpr char kWorkerVariable[] = "DLCS_MPI_WORKER";
 inline constexpr char kSecretVariable[] = "DLCS_MPI_SECRET";
 

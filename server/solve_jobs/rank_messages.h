@@ -27,8 +27,7 @@ void AddEarlier(const EarlierAttempts& earlier, ranks::Work& work);
 // For a problem of this size. Errors: Internal where it does not fit.
 absl::StatusOr<EarlierAttempts> EarlierIn(const ranks::Work& work, Index states, Index constraints);
 
-// Both ends notice within half a minute that the other one is gone. Ranks that compute leave few processors to the
-// threads that answer.
+// Ranks notice within twice this that their worker is gone, and ask no less often whether it is there.
 inline constexpr int kRankPing_ms = 15'000;
 
 }  // namespace dlcs

@@ -266,6 +266,8 @@ class MpiJobsTest(unittest.TestCase):
             capabilities = json.loads(server.dlcs("capabilities", "--format", "json").stdout)
             self.assertEqual(capabilities["jobs"].get("max_ranks", 0), 0)
         self.refused(run(DLCS, "solve", wall(8), "--ranks", 2), "--ranks", "2; must be 0")
+        for analyze in (lambda *words: run(DLCS, *words), self.server.dlcs):
+            self.refused(analyze("analyze", wall(8), "--ranks", 2), "--ranks", "2; must be 0", "no analyses")
         members = path("members.json")
         with open(members, "w", encoding="utf-8") as file:
             json.dump({"members": [{}]}, file)
@@ -286,6 +288,7 @@ class MpiJobsTest(unittest.TestCase):
         self.refused(check("--mpi-launcher", f"{MPIRUN} -n '{{ranks}}"), "quote")
         self.refused(check("--mpi-launcher", LAUNCHER, "--mpi-program", "/no/dlcs-mpi"), "--mpi-program /no/dlcs-mpi")
         self.refused(check("--max-ranks", "4"), "--max-ranks 4", "--mpi-launcher")
+        self.refused(check("--mpi-patience-ms", "10"), "--mpi-patience-ms 10", "between 1000")
 
     # Requests to stop.
 
@@ -349,13 +352,13 @@ class MpiJobsTest(unittest.TestCase):
         kill(ranks)
         self.succeeds_as_alone(self.server, name)
         self.assertFalse(any(map(is_alive, ranks)))
-        self.was_resumed(name)
+        self.was_resumed(self.server, name)
 
-    def was_resumed(self, name):
-        states = [event["state"] for event in self.server.events(name) if "state" in event]
+    def was_resumed(self, server, name, times=1):
+        states = [event["state"] for event in server.events(name) if "state" in event]
         self.assertEqual(
             [state.removeprefix("JOB_STATE_") for state in states],
-            ["QUEUED", "RUNNING", "QUEUED", "RUNNING", "SUCCEEDED"],
+            [*(times * ["QUEUED", "RUNNING"]), "QUEUED", "RUNNING", "SUCCEEDED"],
         )
 
     def test_rank_0_killed(self):
@@ -379,7 +382,7 @@ class MpiJobsTest(unittest.TestCase):
         name = self.server.submit(path("jumps.json"), *options)
         os.kill(self.server.ranks_at_work(name, progress=0.25)[1], signal.SIGKILL)
         self.assertEqual(self.server.end(name)["state"], "JOB_STATE_SUCCEEDED")
-        self.was_resumed(name)
+        self.was_resumed(self.server, name)
         found, expected = self.server.trajectory(name), alone(path("jumps.json"), *options)
         self.assertTrue(same(found, expected))
         self.assertEqual(found["left_limits"], expected["left_limits"])
@@ -391,8 +394,22 @@ class MpiJobsTest(unittest.TestCase):
         name = self.server.submit(wall(8), *options)
         os.kill(self.server.ranks_at_work(name)[0], signal.SIGKILL)
         self.assertEqual(self.server.end(name)["state"], "JOB_STATE_SUCCEEDED")
-        self.was_resumed(name)
+        self.was_resumed(self.server, name)
         self.assertTrue(same(self.server.trajectory(name), alone(wall(8), *options)))
+
+    def test_ranks_that_stand_still_are_missed(self):
+        # Where one stands still the other waits for it in MPI, and nobody has ended.
+        with Server(flags=["--mpi-patience-ms", "5000"]) as server:
+            name = server.submit(wall(16), *SOME)
+            progress = 0
+            for stands_still in (1, 0):
+                ranks = server.ranks_at_work(name, progress + 0.05)
+                os.kill(ranks[stands_still], signal.SIGSTOP)
+                wait_until(lambda: f"broke down: rank {stands_still} was missed first" in server.said(), 30)
+                self.assertFalse(any(map(is_alive, ranks)))
+                progress = server.job(name)["progress"]
+            self.succeeds_as_alone(server, name)
+            self.was_resumed(server, name, times=2)
 
     def test_the_worker_killed(self):
         first = Server()
@@ -412,8 +429,17 @@ class MpiJobsTest(unittest.TestCase):
             name = first.submit(wall(16), *SOME)
             ranks = first.ranks_at_work(name)
         self.assertFalse(any(map(is_alive, ranks)))
+        # A server that starts no ranks leaves it to one that does, and says so.
+        with Server(launcher=None, store=first.store) as other:
+            without = other.submit(wall(8), *STEPS, "--steps", "10", ranks=0)
+            self.assertEqual(other.end(without)["state"], "JOB_STATE_SUCCEEDED")
+            job = other.job(name)
+            self.assertEqual((job["state"], job["attempts"]), ("JOB_STATE_QUEUED", 0))
+            self.assertIn("a server that starts 2 ranks", job["waiting_for"])
+            self.assertIn("waits for  a server that starts 2 ranks", other.dlcs("get", name).stdout)
         with Server(store=first.store) as second:
             self.assertGreater(second.job(name)["progress"], 0)
+            self.assertEqual(second.job(name)["waiting_for"], "")
             self.succeeds_as_alone(second, name)
 
     def test_ranks_that_always_die_end_the_job(self):

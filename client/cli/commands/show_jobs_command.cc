@@ -86,6 +86,7 @@ void PrintWhole(const v1::SolveJob& job) {
   if (job.has_options()) fmt::print("  options    {}\n", OptionsText(job.options()));
   if (!job.owner().empty()) fmt::print("  owner      {}\n", job.owner());
   fmt::print("  state      {}, {:.0f} % done\n", JobStateWord(job.state()), 100 * job.progress());
+  if (!job.waiting_for().empty()) fmt::print("  waits for  {}\n", WithoutControlCharacters(job.waiting_for()));
   if (job.has_ensemble()) {
     const v1::EnsembleProgress& ensemble = job.ensemble();
     fmt::print("  members    {}, in {} of up to {}, {} done\n", ensemble.members(), Count(ensemble.shards(), "shard"),

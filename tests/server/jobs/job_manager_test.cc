@@ -384,6 +384,27 @@ TEST_F(JobManagerTest, AFrontAdmitsAndFollowsAndLetsOthersRun) {
   EXPECT_TRUE(front->Submit(Ask("1 1 1")).ok());
 }
 
+TEST_F(JobManagerTest, LeavesJobsThatItCannotRunToOthersUntilTheirDeadline) {
+  JobManagerOptions options = Fast("one", 2);
+  options.can_run = [](const std::string& about) { return about != "ranks"; };
+  auto one = Start(options);
+  Submission asked = Ask("3 5 1000");
+  asked.about = "ranks";
+  const JobId left = one->Submit(asked)->job.id;
+  EXPECT_EQ(Wait(*one, Submit(*one, "3 5 1000")).state, JobState::kSucceeded);
+  std::this_thread::sleep_for(200ms);
+  EXPECT_EQ(StateOf(left), JobState::kQueued);
+  EXPECT_EQ(one->load().queued, 1);
+  EXPECT_GE(one->idle_for(), 100ms);  // it waits for nothing that it could do
+  asked.deadline = SystemClock().Now() + 300ms;
+  const Job late = Wait(*one, one->Submit(asked)->job.id);
+  EXPECT_EQ(late.state, JobState::kFailed);
+  EXPECT_EQ(late.error.code(), absl::StatusCode::kDeadlineExceeded);
+  const auto two = Start(Fast("two", 1));
+  EXPECT_EQ(Wait(*two, left).state, JobState::kSucceeded);
+  EXPECT_EQ(store_.Get("ada", left)->attempts, 1);
+}
+
 TEST_F(JobManagerTest, IsIdleOnlyWhileThereIsNothingToRunOrToClaim) {
   const auto idle_for = [](const JobManager& manager, Duration wanted) {
     for (int k = 0; k < 500 && manager.idle_for() < wanted; ++k) std::this_thread::sleep_for(10ms);

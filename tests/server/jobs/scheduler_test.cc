@@ -101,6 +101,30 @@ TEST_F(SchedulerTest, PredictingTooLittleGainsNothing) {
   EXPECT_NEAR(liar, honest, 4);
 }
 
+TEST_F(SchedulerTest, WhatIsForOthersHasItsPlaceAndIsNeverStarted) {
+  Scheduler scheduler({.cores = 2, .max_queued_jobs = 3}, clock_);
+  Scheduler::Request other = Job("ada", "ranks", 10);
+  other.is_for_others = true;
+  other.deadline = clock_.Now() + 20s;
+  scheduler.Restore(other);
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  EXPECT_EQ(scheduler.queued(), 1);
+  EXPECT_EQ(scheduler.queued_core_seconds(), 10);
+  for (const std::string k : {"1", "2"}) scheduler.Restore(Job("ada", k));
+  EXPECT_EQ(scheduler.Refuse(Job("bob", "1"))->limit, "max_queued_jobs");
+  ASSERT_EQ(scheduler.StartNext()->id, "ada1");
+  EXPECT_THAT(scheduler.SetAside("ada1", 100), ElementsAre("ada2"));
+  scheduler.PutBack("ada1");
+  EXPECT_EQ(scheduler.StartNext()->id, "ada2");
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  for (const std::string k : {"ada1", "ada2"}) scheduler.Finished(k, 1);
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  EXPECT_THAT(scheduler.QueuedIds(), ElementsAre("adaranks"));
+  clock_.Advance(11s);
+  EXPECT_THAT(scheduler.TakeHopeless(), ElementsAre("adaranks"));
+  EXPECT_EQ(scheduler.queued(), 0);
+}
+
 // Set aside in the order in which they would have been next, had the first not been there; and started by nothing else
 // meanwhile.
 TEST_F(SchedulerTest, AnotherJobTakesThePlaceOfOneThatAnotherServerHas) {
