@@ -556,22 +556,48 @@ Reference Refer(const System& system, const std::vector<double>& times, const Re
   return Walk(system, times, limits, replay).Run();
 }
 
-double Condition(const System& system, const std::vector<double>& times, const Reference& reference, int trials,
+double Condition(const System& system, const std::vector<double>& times, const Reference& reference, double enough,
                  const ReferenceLimits& limits) {
+  constexpr int kRandomTrials = 3;
+  constexpr size_t kMostSingle = 200;
+  using Changes = Eigen::ArrayXXd;
   Random random(system.seed ^ 0xc0ffee);
-  double worst = 0;
-  for (int k = 0; k < trials; ++k) {
-    const Reference changed = Refer(Perturbed(system, random), times, limits);
-    if (changed.status != reference.status) return std::numeric_limits<double>::infinity();
-    for (Index i = 0; i < reference.x.rows(); ++i) {
-      if (reference.size(i) == 0) continue;
-      for (Index j = 0; j < reference.x.cols(); ++j) {
-        const double change = std::abs(changed.x(i, j) - reference.x(i, j));
-        if (change > 0) worst = std::max(worst, change / reference.size(i));
-      }
+  const auto any_sign = [&random] { return random.Chance(0.5) ? 1.0 : -1.0; };
+  if (reference.x.size() == 0) return 0;
+  bool ends_otherwise = false;
+  // Zero where the limits end the reference.
+  const auto changes_by = [&](const std::function<double()>& ulps) {
+    Changes changes = Changes::Zero(reference.x.rows(), reference.x.cols());
+    const Reference changed = Refer(Perturbed(system, ulps), times, limits);
+    if (changed.status == reference.status) {
+      changes = changed.x - reference.x;
+      for (Index i = 0; i < changes.rows(); ++i) changes.row(i) /= reference.size(i);
+      changes = changes.isFinite().select(changes, 0);
     }
+    ends_otherwise |= changed.status != reference.status && changed.status != Reference::Status::kGivenUp;
+    return changes;
+  };
+  double worst = 0;
+  for (int k = 0; k < kRandomTrials && !(worst > enough); ++k) {
+    worst = std::max(worst, changes_by(any_sign).abs().maxCoeff());
+    if (ends_otherwise) return std::numeric_limits<double>::infinity();
   }
-  return worst;
+  if (worst > enough) return worst;
+  size_t numbers = 0;
+  Perturbed(system, [&numbers] { return static_cast<double>(++numbers); });
+  std::vector<Changes> of_single;
+  Changes sum = Changes::Zero(reference.x.rows(), reference.x.cols());
+  for (size_t single = 0; single < std::min(numbers, kMostSingle); ++single) {
+    of_single.push_back(changes_by([at = size_t{0}, single]() mutable { return at++ == single ? 1.0 : 0.0; }));
+    sum += of_single.back().abs();
+  }
+  Index component = 0, time = 0;
+  sum.maxCoeff(&component, &time);
+  const Changes together = changes_by([&, at = size_t{0}]() mutable {
+    if (at >= of_single.size()) return any_sign();
+    return of_single[at++](component, time) < 0 ? -1.0 : 1.0;
+  });
+  return std::max(worst, together.abs().maxCoeff());
 }
 
 }  // namespace dlcs::hostile

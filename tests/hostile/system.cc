@@ -190,17 +190,17 @@ Column SourceValues(const System& system, Real t) {
   return values;
 }
 
-System Perturbed(const System& system, Random& random) {
+System Perturbed(const System& system, const std::function<double()>& ulps) {
   System result = system;
-  const auto change = [&random](double value) { return value * (1 + (random.Chance(0.5) ? 0x1p-52 : -0x1p-52)); };
+  const auto change = [&ulps](double value) { return value == 0 ? 0 : value * (1 + ulps() * 0x1p-52); };
   const auto change_all = [&change](auto& values) {
     for (Index i = 0; i < values.size(); ++i) values.data()[i] = change(values.data()[i]);
   };
   change_all(result.A);
+  change_all(result.x0);
   change_all(result.B);
   change_all(result.N);
   if (!system.rank_matters) change_all(result.M);
-  change_all(result.x0);
   for (Eigen::MatrixXd& factors : result.F) change_all(factors);
   for (Eigen::MatrixXd& factors : result.G) change_all(factors);
   for (size_t k = 0; k < result.functions.size(); ++k) {

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -88,9 +89,9 @@ std::vector<SmoothInterval> SmoothIntervals(const System& system);
 // The values s(t).
 Column SourceValues(const System& system, Real t);
 
-// Each nonzero number of the data times 1 ± 2^-52, the signs random; those of M only where its rank does not depend on
-// them.
-System Perturbed(const System& system, Random& random);
+// Each nonzero number of the data times 1 + ulps() 2^-52, those of A first; those of M only where its rank does not
+// depend on them.
+System Perturbed(const System& system, const std::function<double()>& ulps);
 
 // For the engine, and for its command line.
 Problem ToProblem(const System& system);

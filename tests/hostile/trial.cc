@@ -18,7 +18,6 @@ namespace dlcs::hostile {
 namespace {
 
 constexpr double kFloor = 16 * 0x1p-52;  // of errors and figures
-constexpr int kConditionTrials = 3;
 
 // Requests a stop after some seconds, unless it is destroyed before.
 class Deadline {
@@ -237,7 +236,7 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
   if (trial.judgment != Judgment::kRight) {
     ReferenceLimits limits;
     limits.seconds = 5;
-    trial.condition = Condition(system, times, reference, kConditionTrials, limits);
+    trial.condition = Condition(system, times, reference, asked.error(), limits);
     if (trial.judgment == Judgment::kRefused && *trial.condition > asked.error())
       trial.judgment = Judgment::kRefusedWithNeed;
     if (trial.judgment == Judgment::kWrong && RoundingOf(reference) > *trial.error)
