@@ -93,17 +93,21 @@ struct Allowed {
   Vector guard;
 };
 
-// For the given sizes of them.
-Allowed AllowedErrors(const Mode& mode, const SmoothStep& step, const Vector& x_size, const Vector& guard_size,
-                      const Magnitudes& magnitudes, double tolerance, double share) {
+struct StatesAndGuards {
+  Vector x, guard;
+};
+
+// For the given sizes and rounding errors of them.
+Allowed AllowedErrors(const Mode& mode, const SmoothStep& step, const StatesAndGuards& sizes,
+                      const StatesAndGuards& noise, const Magnitudes& magnitudes, double tolerance, double share) {
   constexpr double kMinPartOfReach = 1e-7;
   constexpr double kMinPartOfTerms = 1e-6;
-  const Vector x_magnitude = magnitudes.x.cwiseMax(x_size).cwiseMax(kMinPartOfReach * magnitudes.x_reach);
+  const Vector x_magnitude = magnitudes.x.cwiseMax(sizes.x).cwiseMax(kMinPartOfReach * magnitudes.x_reach);
   Vector guard_magnitude = magnitudes.w;
   for (const Index i : mode.active) guard_magnitude[i] = magnitudes.y[i];
-  guard_magnitude = guard_magnitude.cwiseMax(guard_size).cwiseMax(kMinPartOfTerms * step.guard_terms);
-  return {tolerance * share * x_magnitude + step.x_noise, tolerance * x_magnitude + step.x_noise,
-          tolerance * guard_magnitude + step.guard_noise};
+  guard_magnitude = guard_magnitude.cwiseMax(sizes.guard).cwiseMax(kMinPartOfTerms * step.guard_terms);
+  return {tolerance * share * x_magnitude + noise.x, tolerance * x_magnitude + noise.x,
+          tolerance * guard_magnitude + noise.guard};
 }
 
 double ErrorRatio(const SmoothStep& step, const Allowed& allowed) {
@@ -200,7 +204,8 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   Vector lift = 2 * mode.guard.state * solution.layer;  // what the layer adds to the guards at the start
   step.guard_error = step.guard_tail + lift.cwiseAbs() + AbsTimes(mode.guard.g, sources.g_error);
   if (mode.guard.f.size() > 0) step.guard_error += AbsTimes(mode.guard.f, sources.f_error);
-  const Allowed allowed = AllowedErrors(mode, step, x_size, guard_size, magnitudes, tolerance, share);
+  const Allowed allowed =
+      AllowedErrors(mode, step, {x_size, guard_size}, {step.x_noise, step.guard_noise}, magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
   if (step.error_ratio > 1) SetLayerLengths(mode, solution.layer_parts, allowed, step);
   step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(step.guard_tail);
@@ -224,13 +229,20 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
 double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, const Magnitudes& magnitudes,
                         double tolerance, double share) {
   constexpr int kLooks = 4;
-  Vector x_size = Vector::Zero(step.x.rows()), guard_size = Vector::Zero(step.guard.rows());
+  StatesAndGuards size{Vector::Zero(step.x.rows()), Vector::Zero(step.guard.rows())};
   for (int k = 0; k <= kLooks; ++k) {
     const LegendreVector at = LegendreValues(-1 + (1 + s) * k / kLooks);
-    x_size = x_size.cwiseMax((step.x * at).cwiseAbs());
-    guard_size = guard_size.cwiseMax((step.guard * at).cwiseAbs());
+    size.x = size.x.cwiseMax((step.x * at).cwiseAbs());
+    size.guard = size.guard.cwiseMax((step.guard * at).cwiseAbs());
   }
-  return ErrorRatio(step, AllowedErrors(mode, step, x_size, guard_size, magnitudes, tolerance, share));
+  // Behind s they may grow, and their rounding with them.
+  const auto before = [](const Vector& noise, const Vector& size, const LegendreSeries& series) {
+    const Vector whole = SizeOf(series);
+    return Vector((size.array() < whole.array()).select(noise.cwiseProduct(size).cwiseQuotient(whole), noise));
+  };
+  const StatesAndGuards noise{before(step.x_noise, size.x.cwiseMax(magnitudes.x), step.x),
+                              before(step.guard_noise, size.guard, step.guard)};
+  return ErrorRatio(step, AllowedErrors(mode, step, size, noise, magnitudes, tolerance, share));
 }
 
 namespace {
