@@ -44,7 +44,7 @@ class SourceSampler {
   // whether anything changed. This finds short pulses between the nodes.
   bool Probe(StepSources& step);
 
-  // A time inside `step`, or its end, at which f or g has a kink or a jump, if both are smooth elsewhere in the step; of
+  // A time inside `step`, or its end, at which f or g has a kink or a jump, if both are smooth elsewhere in it; of
   // several, the strongest one. None if they are smooth, or smooth nowhere. Found by bisection with about a thousand
   // values: a jump to one ulp, a kink to the rounding of the source.
   std::optional<double> FindKink(const StepSources& step);

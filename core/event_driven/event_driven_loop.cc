@@ -172,7 +172,7 @@ bool EventDrivenLoop::Cross(double end) {
 // A solve that gets forward so evenly that it will end within kPatience times its work may go on: many short modes are
 // no sign that it will not end.
 bool EventDrivenLoop::IsBeyondWork() const {
-  constexpr double kPatience = 20;
+  constexpr double kPatience = 8;
   const auto work = static_cast<double>(record_.Work(problem_.num_states()));
   const auto most = static_cast<double>(most_work_);
   return work >= most && work >= kPatience * most * (t_ / problem_.horizon);

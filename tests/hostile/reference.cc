@@ -560,6 +560,7 @@ double Condition(const System& system, const std::vector<double>& times, const R
                  const ReferenceLimits& limits) {
   constexpr int kRandomTrials = 3;
   constexpr size_t kMostSingle = 200;
+  constexpr std::chrono::seconds kLongest(10);
   using Changes = Eigen::ArrayXXd;
   Random random(system.seed ^ 0xc0ffee);
   const auto any_sign = [&random] { return random.Chance(0.5) ? 1.0 : -1.0; };
@@ -589,7 +590,9 @@ double Condition(const System& system, const std::vector<double>& times, const R
   if (worst > enough || kLuck * std::sqrt(static_cast<double>(numbers)) * worst < enough) return worst;
   std::vector<Changes> of_single;
   Changes sum = Changes::Zero(reference.x.rows(), reference.x.cols());
+  const auto begin = std::chrono::steady_clock::now();
   for (size_t single = 0; single < std::min(numbers, kMostSingle); ++single) {
+    if (std::chrono::steady_clock::now() - begin > kLongest) break;
     of_single.push_back(changes_by([at = size_t{0}, single]() mutable { return at++ == single ? 1.0 : 0.0; }));
     sum += of_single.back().abs();
   }

@@ -70,7 +70,8 @@ Reference Refer(const System& system, const std::vector<double>& times, const Re
 // The largest change of x, relative to the size of each component, that was found when each nonzero number of the data
 // changes by one ulp: of three with random signs, and, where these leave open whether `enough` can be reached, of the
 // one with the signs that add up what the numbers do one at a time. Only the first 200 numbers have a turn, those of A
-// first; the others keep random signs. Infinite where a reference ends otherwise, but for its limits.
+// first, and only for ten seconds; the others keep random signs. Infinite where a reference ends otherwise, but for its
+// limits.
 double Condition(const System& system, const std::vector<double>& times, const Reference& reference, double enough,
                  const ReferenceLimits& limits = {});
 
