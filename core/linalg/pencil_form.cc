@@ -42,23 +42,26 @@ Shifted ChooseShift(const Matrix& E, const Matrix& F, double duration) {
   return best;
 }
 
-// Joins the blocks that `rows` have entries in, and those between them, each in the units that it came in: Balance()
-// scales blocks against each other by what couples them alone, by 2^55 where a block is zero, and then rows that differ
-// in one of them would be the same to rounding. Returns the joined block, or -1 if there are no entries.
+// Joins the blocks that `rows` have entries in, and those between them. Balance() scales blocks against each other by
+// what couples them alone, by 2^55 where a block is zero, and then rows that differ in one of them would be the same to
+// rounding: such a block gets units in which they do differ. Returns the joined block, or -1 if there are no entries.
 Index JoinBlocksOf(const Matrix& rows, BalancedMatrix& balanced) {
+  constexpr double kLost = 0x1p-26;
   std::vector<Index>& begins = balanced.begins;
+  Matrix sizes = rows.cwiseAbs();
+  for (Index k = 0; k < sizes.cols(); ++k) sizes.col(k) *= std::ldexp(1.0, balanced.exponents[k]);
+  const Vector largest = RowMaxAbs(sizes);
   Index first = -1, last = -1;
   for (Index b = 0; b < balanced.num_blocks(); ++b) {
-    if (rows.middleCols(begins[b], balanced.size_of_block(b)).isZero(0)) continue;
+    const Vector of_block = RowMaxAbs(sizes.middleCols(begins[b], balanced.size_of_block(b)));
+    if (of_block.isZero(0)) continue;
     if (first < 0) first = b;
     last = b;
+    const double part = (largest.array() > 0).select(of_block.cwiseQuotient(largest), 0).maxCoeff();
+    if (part >= kLost) continue;
+    for (Index k = begins[b]; k < begins[b + 1]; ++k) balanced.exponents[k] -= std::ilogb(part);
   }
-  if (first == last) return first;
-  for (Index b = first; b <= last; ++b) {
-    const int unit = balanced.exponents[begins[b]];
-    for (Index k = begins[b]; k < begins[b + 1]; ++k) balanced.exponents[k] -= unit;
-  }
-  begins.erase(begins.begin() + first + 1, begins.begin() + last + 1);
+  if (first >= 0) begins.erase(begins.begin() + first + 1, begins.begin() + last + 1);
   return first;
 }
 
@@ -87,7 +90,7 @@ std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, In
   BalancedMatrix balanced = Balance((G.array().abs() <= kRounding * terms.array()).select(0, G));
   const std::vector<Index>& order = balanced.order;
   const Matrix algebraic = F.bottomRows(num_algebraic)(Eigen::all, order);
-  const Index constrained = JoinBlocksOf(algebraic, balanced);
+  const Index constrained = JoinBlocksOf(F_in_units.bottomRows(num_algebraic)(Eigen::all, order), balanced);
   if (num_algebraic > 0 && constrained < 0) return std::nullopt;
   Vector further(m);
   for (Index k = 0; k < m; ++k) further[k] = std::ldexp(1.0, balanced.exponents[k]);
