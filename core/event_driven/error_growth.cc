@@ -110,6 +110,11 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
   ModeStepper::Response response = step.stepper->Respond(errors_, rows, at);
   errors_ = std::move(response.values);
   slopes_ = std::move(response.slopes);
+  // In the triangular form they have the rounding of others.
+  for (const Index i : step.unreached) {
+    errors_.row(i).setZero();
+    slopes_.row(i).setZero();
+  }
   for (Index e = 0; e < kErrors; ++e) {
     errors_.col(e) +=
         SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);

@@ -284,9 +284,9 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   ComplexSeries c = SolveIntegrated(integral);
   LegendreSeries x = States(c);
   // In the triangular form they have the rounding of others.
-  const std::vector<Index> unreached = UnreachedStates(start, source);
-  for (const Index i : unreached) x.row(i).setZero();
   Solution solution;
+  solution.unreached = UnreachedStates(start, source);
+  for (const Index i : solution.unreached) x.row(i).setZero();
   solution.uncertainty = Vector::Zero(start.size());
   const Vector given_to_rows = integral.rightCols(K).cwiseAbs().rowwise().sum();
   for (int correction = 0; correction < kMaxCorrections; ++correction) {
@@ -308,7 +308,7 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     if (!changed.allFinite() || (correction > 0 && (changed.array() > solution.uncertainty.array()).all())) break;
     c += c_change;
     x += change;
-    for (const Index i : unreached) x.row(i).setZero();
+    for (const Index i : solution.unreached) x.row(i).setZero();
     solution.uncertainty = changed;
   }
   // The components have more rounding than the refined states, to which their differences would add it; in x' it counts
@@ -317,7 +317,9 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
       (is_explicit ? mode_->form.inverse : mode_->form.left) * source.rightCols<2>();
   solution.layer_parts = LayersOf(c, last_of_source, OfRounding::kNot);
   solution.layer = (mode_->form.vectors * solution.layer_parts).real();
-  for (const Index i : unreached) solution.layer[i] = 0;
+  const Eigen::VectorXcd with_rounding = LayersOf(c, last_of_source, OfRounding::kToo);
+  const Vector kept = ((mode_->form.vectors * with_rounding).real() - solution.layer).cwiseAbs();
+  for (const Index i : solution.unreached) solution.layer[i] = 0;
   const LegendreSeries with_layer = x;
   Subtract(solution.layer, x);
   solution.last_noise = Vector::Zero(start.size());
@@ -326,13 +328,14 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     const LegendreSeries change = States(SolveIntegrated(Missing(with_layer, integral, start)));
     solution.last_noise = RowMaxAbs(change.rightCols<4>());
   }
+  solution.kept_layer = kept.cwiseMin(RowMaxAbs(x.rightCols<2>()));
   solution.x = std::move(x);
   if (!is_explicit) {
-    Subtract(LayersOf(c, last_of_source, OfRounding::kToo), c);
+    Subtract(with_rounding, c);
     AddSlope(c, source, source_noise, solution);
     TakeSlopesOfStates(kRounding * (start.cwiseAbs() + solution.x.cwiseAbs().rowwise().sum()) + solution.uncertainty,
                        solution);
-    for (const Index i : unreached) solution.slope.row(i).setZero();
+    for (const Index i : solution.unreached) solution.slope.row(i).setZero();
   }
   return solution;
 }

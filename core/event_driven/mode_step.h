@@ -42,6 +42,10 @@ class ModeStepper {
     // state what was subtracted, ...
     Vector layer;
     Eigen::VectorXcd layer_parts;  // ... and of each component of the triangular form.
+    // The states that are zero, since nothing that is not zero reaches them.
+    std::vector<Index> unreached;
+    // The size of layers that may be rounding and were left in x, as far as its last coefficients show them.
+    Vector kept_layer;
     // The size of the last correction, where a further one would still have changed the solution; mostly zero.
     Vector uncertainty;
     // The rounding error of the last coefficients of x, as one more correction shows it. Zero where they are no more

@@ -151,6 +151,7 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   const Vector noise_of_sources = kUnit / kRoundingOfValues * InRows(mode, sources.f_noise, sources.g_noise);
   const ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources);
   step.x = solution.x;
+  step.unreached = solution.unreached;
   step.layer = 2 * solution.layer.cwiseAbs();
   step.y = Output(mode.y, solution, sources);
   step.guard = Output(mode.guard, solution, sources);
@@ -184,7 +185,7 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   const Vector shown = kOfShown * (kUnit * x_size + solution.last_noise) + magnitudes.x_noise;
   x_coefficients = (stiffness.array() > kForgets).select(x_coefficients.cwiseMin(shown), x_coefficients);
   step.x_tail = EstimateTail(step.x, x_coefficients);
-  step.x_error = step.x_tail + solution.uncertainty;
+  step.x_error = step.x_tail + solution.uncertainty + (solution.kept_layer - x_coefficients).cwiseMax(0);
   if ((step.row_error.array() != 0).any()) {
     step.x_error += RowMaxAbs(Answers(*step.stepper, Vector::Zero(x_size.size()), signs.cwiseProduct(step.row_error)));
   }

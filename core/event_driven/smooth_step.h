@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "core/discretization/step_sources.h"
 #include "core/event_driven/mode.h"
@@ -51,10 +52,11 @@ struct SmoothStep {
   Vector x_error, guard_error;
   Vector layer;  // of each state the size of the boundary layer that the step leaves out
   Vector x_noise, guard_noise;
-  Vector x_tail, guard_tail;  // the part of the errors inside the step that vanishes at its end
-  Vector x_rounding;          // of this step alone
-  Matrix rounding_at_end;     // m × 2: with signs, as Magnitudes::rounding
-  Vector guard_terms;         // for each guard the sum of the absolute values of its terms
+  Vector x_tail, guard_tail;     // the part of the errors inside the step that vanishes at its end
+  Vector x_rounding;             // of this step alone
+  Matrix rounding_at_end;        // m × 2: with signs, as Magnitudes::rounding
+  Vector guard_terms;            // for each guard the sum of the absolute values of its terms
+  std::vector<Index> unreached;  // states that are zero, since nothing that is not zero reaches them
   // For the step of full length: propagates errors.
   std::shared_ptr<const ModeStepper> stepper;
   // Bounds of the errors of the equations of the mode, for each row: from the interpolation of the sources, and from
