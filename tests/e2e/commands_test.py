@@ -51,6 +51,7 @@ NOT_RUN = (
     ("takes long, and needs a build by Clang", "deploy/fuzz.sh"),
     ("takes minutes on a quiet machine, to measure it", r"DLCSD=\$PWD", "tests/bench/"),
     ("takes a minute or more", "tests/load/store_plan.py --server-cores", "tests/fleet/"),
+    ("needs programs that were built from another commit", "tests/upgrade/record.py"),
     ("builds everything, or runs what that builds; CI does both", "cmake ", "ctest ", r"(\w+=\S+ )*build/\w+/"),
     ("needs a container engine; test-image.sh, test-compose.sh", "docker ", r"DLCS_DATABASE_PASSWORD=\w+ docker "),
     ("needs a cluster; ManifestsTest checks the manifests", "kubectl ", r"\(cd deploy/kubernetes "),
