@@ -76,7 +76,9 @@ INSTANTIATE_TEST_SUITE_P(
                       Hard{661410, "RoundingThatCouplesBlocks"}, Hard{660919, "FastComponentsOfPencils"},
                       Hard{641390, "LayersThatLookLikeRounding"}, Hard{662028, "NearlySingularLookAheads"},
                       Hard{641181, "ModesInOddUnits"}, Hard{641419, "ProposalsThatFallFromZero"},
-                      Hard{641990, "PencilsOfTriangularA"}, Hard{666293, "RowsOfMThatDependOnEachOther"}),
+                      Hard{641990, "PencilsOfTriangularA"}, Hard{666293, "RowsOfMThatDependOnEachOther"},
+                      Hard{641432, "EventsInASmallPartOfAStep"}, Hard{641922, "StatesThatGrowBehindAnEvent"},
+                      Hard{667072, "LayersBelowTheRoundingOfTheirTerms"}),
     [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
 // Errors that comparing long steps with longer ones does not show: of single steps, of fast states that lag behind y,
