@@ -12,6 +12,8 @@ namespace dlcs {
 namespace {
 
 constexpr Index K = kLegendreDegree;
+// A component with a larger |z| has a layer at the start of a step, and then follows the others.
+constexpr double kFast = 20 * K;
 constexpr double Odd(Index k) { return static_cast<double>(2 * k + 1); }
 
 // Column k > 0: what the integral of `series` has of P_k, by ∫P_k = (P_{k+1} - P_{k-1})/(2k+1), where the last
@@ -119,6 +121,7 @@ ModeStepper::ModeStepper(const Mode& mode, double length) : mode_(&mode), half_(
   scalars_.reserve(size);
   for (Index j = 0; j < size; ++j) {
     scalars_.push_back(Eliminate(mode.form.Slope(j, j), half_ * mode.form.triangle(j, j)));
+    has_fast_ = has_fast_ || std::abs(scalars_.back().z) > kFast;
   }
 }
 
@@ -173,11 +176,11 @@ LegendreSeries ModeStepper::Missing(const LegendreSeries& x, const LegendreSerie
 // residual and -τ/rate the layer. So what a smooth source makes of c_K and c_{K-1} is no layer.
 Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, const Eigen::Ref<const Eigen::MatrixXcd>& source,
                                        OfRounding of_rounding) const {
-  constexpr double kFast = 20 * K;
   constexpr double kCancels = 1.0 / 8;
   constexpr double kRounding = 24 * std::numeric_limits<double>::epsilon();  // of the terms
   const PencilForm& form = mode_->form;
   Eigen::VectorXcd layer = Eigen::VectorXcd::Zero(c.rows());
+  if (!has_fast_) return layer;
   Eigen::MatrixX2cd last = c.rightCols<2>();  // without the layers
   bool has_layer = false;
   const Vector size = c.cwiseAbs().rowwise().maxCoeff();

@@ -106,6 +106,7 @@ class ModeStepper {
   const Mode* mode_;
   double half_;
   std::vector<Scalar> scalars_;
+  bool has_fast_ = false;  // some component is fast on the step
 };
 
 }  // namespace dlcs
