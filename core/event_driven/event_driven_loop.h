@@ -24,7 +24,7 @@ namespace dlcs {
 class EventDrivenLoop {
  public:
   // Keeps references. `tolerance` and the others as in EventDriven(). Gives up when EventRecord::Work() exceeds
-  // `most_work`.
+  // `most_work`, or eight times that if its pace is enough for T.
   EventDrivenLoop(SolveContext& context, double tolerance, Index most_work, EventRecord& record);
 
   // Solves up to T and passes the trajectory to the recorder of the context. Returns whether T was reached; otherwise

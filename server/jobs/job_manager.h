@@ -70,7 +70,7 @@ struct JobManagerOptions {
   // False for a server that does not run jobs itself; limits.cores are then those of the other servers.
   bool runs_jobs = true;
   // Whether this server can run a job with this Job::about. It leaves others to servers that can. Called with a lock
-  // held, for each job once.
+  // held, and for queued jobs again and again.
   std::function<bool(const std::string& about)> can_run = [](const std::string&) { return true; };
   // The name of this server among those that share the store; the same after a restart, so that it finds its jobs.
   std::string worker = "dlcsd";

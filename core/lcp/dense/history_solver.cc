@@ -13,6 +13,15 @@
 #include "core/matrix_classes/positive_semidefinite.h"
 
 namespace dlcs {
+namespace {
+
+Basis PartOf(const Basis& basis, const std::vector<Index>& block) {
+  Basis part(block.size());
+  for (std::size_t k = 0; k < block.size(); ++k) part[k] = basis[static_cast<std::size_t>(block[k])];
+  return part;
+}
+
+}  // namespace
 
 HistorySolver::HistorySolver(const Matrix& M) : lcp_(M), point_(lcp_, Elimination::kPivoting), lemke_(M.rows()) {}
 
@@ -78,54 +87,47 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
 }
 
 // Whether a block that may fold has another basis, although that of the solution before would do beside the other
-// blocks: a path that passes ties, as of a switch that is open, may turn where nothing asked for it.
+// blocks: a path that passes ties, as of a switch that is open, may turn where nothing asked for it. point_ is that of
+// `basis`, before and afterwards.
 bool HistorySolver::LeavesWithoutNeed(const Basis& basis) {
-  if (blocks_.empty() || !point_.Compute(lcp_, start_)) return false;
-  const auto values = [this] {
-    Vector y = Vector::Zero(lcp_.size());
-    for (std::size_t k = 0; k < point_.indices().size(); ++k) {
-      y[point_.indices()[k]] = point_.y(static_cast<Index>(k));
-    }
-    return y;
-  };
-  const Vector q = lcp_.q + of_start_ * values();
-  bool leaves = false;
-  if (point_.Compute(lcp_, basis)) {
-    const Vector y = values();
-    for (std::size_t b = 0; b < blocks_.size() && !leaves; ++b) {
-      const std::vector<Index>& block = blocks_[b];
-      if (!may_fold_[b]) continue;
-      Vector of_others = of_solved_(block, Eigen::all) * y, of_block(static_cast<Index>(block.size()));
-      of_others -= of_solved_(block, block) * y(block);
-      Basis part(block.size()), before(block.size());
-      for (std::size_t k = 0; k < block.size(); ++k) {
-        part[k] = basis[static_cast<std::size_t>(block[k])];
-        before[k] = start_[static_cast<std::size_t>(block[k])];
-      }
-      if (part == before) continue;
-      HistorySolver& solver = of_blocks_[b];
-      leaves = solver.lcp_.Load(q(block) + of_others, lcp_.tolerance(block)) &&
-               solver.point_.Compute(solver.lcp_, before) && solver.point_.solved();
+  if (blocks_.empty()) return false;
+  const Vector y = ScaledY();
+  const bool has_start = point_.Compute(lcp_, start_);
+  const Vector q = has_start ? Vector(lcp_.q + of_start_ * ScaledY()) : Vector();
+  point_.Compute(lcp_, basis);
+  if (!has_start) return false;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const std::vector<Index>& block = blocks_[b];
+    const Basis before = PartOf(start_, block);
+    if (!may_fold_[b] || PartOf(basis, block) == before) continue;
+    Vector of_others = of_solved_(block, Eigen::all) * y;
+    of_others -= of_solved_(block, block) * y(block);
+    HistorySolver& solver = of_blocks_[b];
+    if (solver.lcp_.Load(q(block) + of_others, lcp_.tolerance(block)) && solver.point_.Compute(solver.lcp_, before) &&
+        solver.point_.solved()) {
+      return true;
     }
   }
-  point_.Compute(lcp_, basis);
-  return leaves;
+  return false;
+}
+
+// y of point_, in the units of lcp_.
+Vector HistorySolver::ScaledY() const {
+  Vector y = Vector::Zero(lcp_.size());
+  const std::vector<Index>& S = point_.indices();
+  for (std::size_t p = 0; p < S.size(); ++p) y[S[p]] = point_.y(static_cast<Index>(p));
+  return y;
 }
 
 // Blocks that may fold see what K makes of the solution before, as if it went on: what they do themselves comes after
 // it. So a gate sees the current that crosses its threshold, not the one that its switch and its valves make at once.
 bool HistorySolver::SolveBlocks(Basis& basis) {
-  Vector y = Vector::Zero(lcp_.size());
   if (!point_.Compute(lcp_, basis)) return false;
-  for (std::size_t k = 0; k < point_.indices().size(); ++k) {
-    y[point_.indices()[k]] = point_.y(static_cast<Index>(k));
-  }
-  const Vector q = lcp_.q + of_start_ * y;
-  y.setZero();
+  const Vector q = lcp_.q + of_start_ * ScaledY();
+  Vector y = Vector::Zero(lcp_.size());
   for (std::size_t b = blocks_.size(); b-- > 0;) {
     const std::vector<Index>& block = blocks_[b];
-    Basis part(block.size());
-    for (std::size_t k = 0; k < block.size(); ++k) part[k] = basis[static_cast<std::size_t>(block[k])];
+    Basis part = PartOf(basis, block);
     const Vector of_others = of_solved_(block, Eigen::all) * y;
     Vector of_block(static_cast<Index>(block.size()));
     const LcpStatus verdict = of_blocks_[b].Solve(q(block) + of_others, lcp_.tolerance(block), part, of_block);

@@ -43,6 +43,7 @@ class HistorySolver final : public LcpSolver {
   bool SolveBlocks(Basis& basis);
   bool IsBetween(const Basis& basis) const;
   bool LeavesWithoutNeed(const Basis& basis);
+  Vector ScaledY() const;
   bool IsOnlyOne(Basis& basis);
 
   ScaledLcp lcp_;
