@@ -398,9 +398,11 @@ class MpiJobsTest(unittest.TestCase):
         self.assertTrue(same(self.server.trajectory(name), alone(wall(8), *options)))
 
     def test_ranks_that_stand_still_are_missed(self):
-        # Where one stands still the other waits for it in MPI, and nobody has ended.
+        # Where one stands still the other waits for it in MPI, and nobody has ended. A launcher that is told to end lets
+        # ranks go on for three seconds: they must not get to T meanwhile.
+        options = [*STEPS, "--steps", "8000", "--at", "0:0.1:1"]
         with Server(flags=["--mpi-patience-ms", "5000"]) as server:
-            name = server.submit(wall(16), *SOME)
+            name = server.submit(wall(16), *options)
             progress = 0
             for stands_still in (1, 0):
                 ranks = server.ranks_at_work(name, progress + 0.05)
@@ -408,7 +410,8 @@ class MpiJobsTest(unittest.TestCase):
                 wait_until(lambda: f"broke down: rank {stands_still} was missed first" in server.said(), 30)
                 self.assertFalse(any(map(is_alive, ranks)))
                 progress = server.job(name)["progress"]
-            self.succeeds_as_alone(server, name)
+            self.assertEqual(server.end(name, 180)["state"], "JOB_STATE_SUCCEEDED")
+            self.assertTrue(same(server.trajectory(name), alone(wall(16), *options)))
             self.was_resumed(server, name, times=2)
 
     def test_the_worker_killed(self):
