@@ -398,8 +398,8 @@ class MpiJobsTest(unittest.TestCase):
         self.assertTrue(same(self.server.trajectory(name), alone(wall(8), *options)))
 
     def test_ranks_that_stand_still_are_missed(self):
-        # Where one stands still the other waits for it in MPI, and nobody has ended. A launcher that is told to end lets
-        # ranks go on for three seconds: they must not get to T meanwhile.
+        # Where one rank stands still the other waits for it in MPI, and neither ends. A launcher lets ranks run for
+        # three seconds after SIGTERM: the solve must last longer than that.
         options = [*STEPS, "--steps", "8000", "--at", "0:0.1:1"]
         with Server(flags=["--mpi-patience-ms", "5000"]) as server:
             name = server.submit(wall(16), *options)
