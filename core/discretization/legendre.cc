@@ -49,15 +49,6 @@ LegendreMatrix BernsteinCoefficients() {
   return matrix;
 }
 
-// P_k' = (2k-1) P_{k-1} + (2k-5) P_{k-3} + ...
-LegendreMatrix DerivativeMatrix() {
-  LegendreMatrix matrix = LegendreMatrix::Zero();
-  for (Index k = 1; k < kLegendreSize; ++k) {
-    for (Index j = k - 1; j >= 0; j -= 2) matrix(k, j) = static_cast<double>(2 * j + 1);
-  }
-  return matrix;
-}
-
 LegendreBasis MakeBasis() {
   LegendreBasis basis;
   for (Index j = 0; j < kLegendreSize; ++j) {
@@ -67,7 +58,6 @@ LegendreBasis MakeBasis() {
     basis.at_nodes.col(j) = LegendreValues(basis.nodes[j]);
   }
   basis.from_nodes = basis.at_nodes.fullPivLu().inverse();
-  basis.derivative = DerivativeMatrix();
   basis.to_bernstein = BernsteinCoefficients();
   return basis;
 }
@@ -97,6 +87,14 @@ void LegendreValuesAt(const Eigen::Ref<const Vector>& s, LegendreRows& values) {
     values.col(k + 1).array() = kRecurrence.of_last[k] * s.array() * values.col(k).array() -
                                 kRecurrence.of_before[k] * values.col(k - 1).array();
   }
+}
+
+LegendreVector LegendreSlopes(const LegendreVector& at) {
+  LegendreVector slopes;
+  slopes[0] = 0;
+  slopes[1] = 1;
+  for (Index k = 1; k < kLegendreDegree; ++k) slopes[k + 1] = slopes[k - 1] + static_cast<double>(2 * k + 1) * at[k];
+  return slopes;
 }
 
 LegendreSeries InterpolateAtNodes(const LegendreSeries& values) {

@@ -27,8 +27,6 @@ struct LegendreBasis {
   LegendreMatrix at_nodes;
   // values * from_nodes = series.
   LegendreMatrix from_nodes;
-  // series * derivative = series of the derivative by s.
-  LegendreMatrix derivative;
   // series * to_bernstein = coefficients of the Bernstein polynomials of degree K on [-1, 1].
   LegendreMatrix to_bernstein;
 };
@@ -42,6 +40,27 @@ LegendreVector LegendreValues(double s);
 // The same at many points: row i holds the values at s[i], with the bits of LegendreValues(s[i]).
 using LegendreRows = Eigen::Matrix<double, Eigen::Dynamic, kLegendreSize>;
 void LegendreValuesAt(const Eigen::Ref<const Vector>& s, LegendreRows& values);
+
+// The value of `series` at s, for `at` = LegendreValues(s).
+inline Vector ValueOf(const LegendreSeries& series, const LegendreVector& at) { return series.lazyProduct(at); }
+
+// P_0'(s) ... P_K'(s), for `at` = LegendreValues(s).
+LegendreVector LegendreSlopes(const LegendreVector& at);
+
+// The series of the derivative by s, of each row: P_k' = (2k-1) P_{k-1} + (2k-5) P_{k-3} + ...
+template <typename Series>
+Series DerivativeOf(const Series& series) {
+  constexpr Index K = kLegendreDegree;
+  Series derivative(series.rows(), series.cols());
+  derivative.col(K).setZero();
+  derivative.col(K - 1) = series.col(K);
+  for (Index k = K - 2; k >= 0; --k) derivative.col(k) = derivative.col(k + 2) + series.col(k + 1);
+  for (Index k = 1; k < K; ++k) derivative.col(k) *= static_cast<double>(2 * k + 1);
+  return derivative;
+}
+inline LegendreVector DerivativeOf(const LegendreVector& series) {
+  return DerivativeOf<Eigen::Matrix<double, 1, kLegendreSize>>(series.transpose()).transpose();
+}
 
 // The series through `values`, one column for each node. A row of equal values has exactly one coefficient.
 LegendreSeries InterpolateAtNodes(const LegendreSeries& values);

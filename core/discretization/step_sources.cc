@@ -42,6 +42,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   step.begin = begin;
   step.length = length;
   step.check_s = kCheckPosition;
+  static const LegendreVector at_check_position = LegendreValues(kCheckPosition);
   // t is rounded, and moves the value of a source by that times its slope.
   const double time_rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(end));
   const auto sample = [&](Index size, const auto& evaluate, const auto& rounding_at, LegendreSeries& series,
@@ -56,7 +57,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     largest = RowMaxAbs(values_);
     at_check.resize(size);
     evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
-    slope = series * (2 / length * basis.derivative);
+    slope = 2 / length * DerivativeOf(series);
     noise.setZero(size);
     rounding_.resize(size);
     // Not at an end, where a formula may jump.
@@ -65,7 +66,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
       noise = noise.cwiseMax(rounding_);
     }
     noise = kSourceRounding * largest + noise.cwiseMax(2 * time_rounding * slope.cwiseAbs().rowwise().sum());
-    error = (series * LegendreValues(kCheckPosition) - at_check).cwiseAbs() - noise;
+    error = (ValueOf(series, at_check_position) - at_check).cwiseAbs() - noise;
     const bool finite = error.allFinite();
     error = error.cwiseMax(0);
     return finite;
@@ -86,23 +87,24 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
 bool SourceSampler::Probe(StepSources& step) {
   const double end = step.begin + step.length;
   bool raised = false;
-  const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& noise, Vector& error) {
-    const Vector missed = (series * at - true_value_).cwiseAbs() - noise;
+  const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& true_value,
+                        const Vector& noise, Vector& error) {
     for (Index i = 0; i < error.size(); ++i) {
-      if (missed[i] <= error[i]) continue;
-      error[i] = missed[i];  // a NaN, too
+      const double missed = std::abs(series.row(i).dot(at) - true_value[i]) - noise[i];
+      if (missed <= error[i]) continue;
+      error[i] = missed;  // a NaN, too
       raised = true;
     }
-    step.finite = step.finite && true_value_.allFinite();
+    step.finite = step.finite && true_value.allFinite();
   };
+  true_f_.resize(sources_.num_states());
+  true_g_.resize(sources_.num_constraints());
   for (auto t = std::upper_bound(probes_.begin(), probes_.end(), step.begin); t != probes_.end() && *t < end; ++t) {
     const LegendreVector at = LegendreValues(2 * (*t - step.begin) / step.length - 1);
-    true_value_.resize(sources_.num_states());
-    F(*t, Side::kLeft, true_value_);
-    look(step.f, at, step.f_noise, step.f_error);
-    true_value_.resize(sources_.num_constraints());
-    G(*t, Side::kLeft, true_value_);
-    look(step.g, at, step.g_noise, step.g_error);
+    F(*t, Side::kLeft, true_f_);
+    look(step.f, at, true_f_, step.f_noise, step.f_error);
+    G(*t, Side::kLeft, true_g_);
+    look(step.g, at, true_g_, step.g_noise, step.g_error);
     ++evaluations_;
   }
   return raised;

@@ -67,7 +67,7 @@ class SourceSampler {
   double WhereTheyMeet(double begin, double from, double to, double end);
 
   LegendreSeries values_, f_slope_;
-  Vector true_value_, rounding_;
+  Vector true_f_, true_g_, rounding_;
   Index evaluations_ = 0;
 };
 

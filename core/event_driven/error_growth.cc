@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -43,27 +42,14 @@ Vector SignsLike(const Eigen::Ref<const Vector>& error, Vector otherwise) {
 // How far the polynomial x of a step moves in `time` from position s on, as a line beyond its end.
 Vector Moved(const LegendreSeries& x, double length, double s, double time) {
   const double inside = std::min(time, (1 - s) / 2 * length);
-  Vector moved = x * (LegendreValues(std::min(1.0, s + 2 * inside / length)) - LegendreValues(s));
+  Vector moved = ValueOf(x, LegendreValues(std::min(1.0, s + 2 * inside / length)) - LegendreValues(s));
   if (inside < time) {
-    moved += (time - inside) * (2 / length) * (x * (GetLegendreBasis().derivative * LegendreValues(1)));
+    moved += (time - inside) * (2 / length) * ValueOf(x, LegendreSlopes(LegendreValues(1)));
   }
   return moved;
 }
 
 }  // namespace
-
-Vector SignsOfRounding(Index size, unsigned seed) {
-  Vector signs(size);
-  for (Index i = 0; i < size; ++i) {
-    // The mixing of splitmix64.
-    std::uint64_t z =
-        0x9E3779B97F4A7C15u * (static_cast<std::uint64_t>(i) + 1 + (static_cast<std::uint64_t>(seed) << 32));
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    signs[i] = (z >> 63) != 0 ? -1 : 1;
-  }
-  return signs;
-}
 
 ErrorGrowth::ErrorGrowth(const Problem& problem, bool y_counts)
     : problem_(problem),
@@ -85,7 +71,9 @@ Vector ErrorGrowth::Signs(Index error, const Eigen::Ref<const Vector>& values) c
   return SignsLike(values, SignsOfRounding(size, 0));
 }
 
-Vector ErrorGrowth::Signs(Index error) const { return Signs(error, errors_.col(error)); }
+void ErrorGrowth::AddTo(Index error, const Vector& amount) {
+  errors_.col(error) += Signs(error, errors_.col(error)).cwiseProduct(amount);
+}
 
 void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, const Overlooked& overlooked,
                           double s_end) {
@@ -118,17 +106,16 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
   for (Index e = 0; e < kErrors; ++e) {
     errors_.col(e) +=
         SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
-    errors_.col(e) += Signs(e).cwiseProduct(overlooked.x);
     // At its end a step is far better than inside of it, where an event cuts it.
-    if (s_end < 1) errors_.col(e) += Signs(e).cwiseProduct(step.x_tail);
+    AddTo(e, s_end < 1 ? Vector(overlooked.x + step.x_tail) : overlooked.x);
   }
   const double end = sources.begin + (1 + s_end) / 2 * sources.length;
   LegendreVector shift = LegendreVector::Zero();
   if (end - last_event_ <= kRightAfter * end) {
-    shift = kRoundingOfTime * end * 2 / sources.length * (GetLegendreBasis().derivative * at);
+    shift = kRoundingOfTime * end * 2 / sources.length * LegendreSlopes(at);
   }
   Matrix unexcused = errors_;
-  Shrink((step.x * shift).cwiseAbs(), unexcused);
+  Shrink(ValueOf(step.x, shift).cwiseAbs(), unexcused);
   Raise(unexcused, step.x_error + step.layer);
   RaiseOutputs(step, shift, overlooked.y);
   noise_ = noise_.cwiseMax(step.x_noise);
@@ -136,7 +123,7 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
 
 void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepSources& sources, double s_end,
                            Index guard) {
-  const LegendreVector slope_at = 2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(s_end));
+  const LegendreVector slope_at = 2 / sources.length * LegendreSlopes(LegendreValues(s_end));
   const double speed = step.guard.row(guard).dot(slope_at);
   event_.x = step.x;
   event_.length = sources.length;
@@ -177,7 +164,7 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
 void ErrorGrowth::Add(const Vector& error, const Vector& inside) {
   has_event_ = false;
   ++steps_;
-  for (Index e = 0; e < kErrors; ++e) errors_.col(e) += Signs(e).cwiseProduct(error);
+  for (Index e = 0; e < kErrors; ++e) AddTo(e, error);
   Raise(errors_, inside);
 }
 
@@ -185,7 +172,7 @@ void ErrorGrowth::Raise(const Matrix& errors, const Vector& within) {
   for (Index i = 0; i < x_.size(); ++i) x_[i] = NanMax(x_[i], MaxAbs(errors.row(i)) + within[i]);
 }
 
-Vector ErrorGrowth::InGuards(const Mode& mode) const { return RowMaxAbs(mode.guard.state * errors_); }
+Vector ErrorGrowth::InGuards(const Mode& mode) const { return RowMaxAbs(Matrix(mode.guard.state * errors_)); }
 
 void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& shift, const Vector& overlooked_y) {
   constexpr double kRounding = 4 * kEpsilon;
@@ -193,7 +180,7 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& shi
   const Mode& mode = step.stepper->mode();
   Matrix of_x = mode.guard.state * errors_;
   if (mode.guard.slope.size() > 0) of_x += mode.guard.slope * slopes_;
-  Shrink((step.guard * shift).cwiseAbs(), of_x);
+  Shrink(ValueOf(step.guard, shift).cwiseAbs(), of_x);
   const Vector own = step.guard_error + kRounding * step.guard_terms;
   std::vector<bool> is_active(static_cast<std::size_t>(w_.size()));
   for (const Index i : mode.active) is_active[static_cast<std::size_t>(i)] = true;

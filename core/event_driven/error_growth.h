@@ -5,6 +5,7 @@
 #define DLCS_CORE_EVENT_DRIVEN_ERROR_GROWTH_H_
 
 #include <array>
+#include <cstdint>
 #include <limits>
 
 #include "core/context/component_errors.h"
@@ -16,7 +17,16 @@
 namespace dlcs {
 
 // `size` pseudo-random signs for rounding errors, different for each `seed`.
-Vector SignsOfRounding(Index size, unsigned seed = 0);
+inline auto SignsOfRounding(Index size, unsigned seed = 0) {
+  return Vector::NullaryExpr(size, [seed](Index i) -> double {
+    // The mixing of splitmix64.
+    std::uint64_t z =
+        0x9E3779B97F4A7C15u * (static_cast<std::uint64_t>(i) + 1 + (static_cast<std::uint64_t>(seed) << 32));
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return (z >> 63) != 0 ? -1 : 1;
+  });
+}
 
 // Estimates the error of x by integrating error equations beside the solution. In a mode an error e obeys e' = Â e + d,
 // where d holds the interpolation error of the sources and the rounding errors of the terms of x', including an ulp in
@@ -60,9 +70,10 @@ class ErrorGrowth {
     std::array<double, kErrors> delay;
   };
   void Pass(const SmoothStep& step, const StepSources& sources);
-  // The signs that the error with this index is given, where it has those of `values` or of itself.
+  // The signs that the error with this index is given, where it has those of `values`.
   Vector Signs(Index error, const Eigen::Ref<const Vector>& values) const;
-  Vector Signs(Index error) const;
+  // Adds `amount` to the error with this index, with the signs that it is given.
+  void AddTo(Index error, const Vector& amount);
   void Raise(const Matrix& errors, const Vector& within);
   // The errors of B y and w for the errors of x at the end of the step. What fast states make of them at its begin
   // decays at once. The guards move by step.guard * shift while time does by its rounding.

@@ -274,13 +274,13 @@ bool EventDrivenLoop::RefineEvent() {
     if (!(step_.error_ratio <= 1)) return false;
     const auto guard = step_.guard.row(event.guard);
     const LegendreVector at_end = LegendreValues(1);
-    const double delay = -length / 2 * guard.dot(at_end) / guard.dot(GetLegendreBasis().derivative * at_end);
+    const double delay = -length / 2 * guard.dot(at_end) / guard.dot(LegendreSlopes(at_end));
     if (!(std::abs(delay) <= kMaxDelay * length)) return false;
     if (correction < kCorrections) end = std::min(end + delay, event.limit);
   }
   const LegendreVector at_end = LegendreValues(1);
-  x_ = step_.x * at_end;
-  y_ = (step_.y * at_end).cwiseMax(0);
+  x_ = ValueOf(step_.x, at_end);
+  y_ = ValueOf(step_.y, at_end).cwiseMax(0);
   t_ = mode_begin_ = end;
   gap_.reset();
   attempt_ = 0;
@@ -450,7 +450,7 @@ void EventDrivenLoop::RaiseReach() {
 // start. False, and nothing done, where the state is farther off.
 bool EventDrivenLoop::Project() {
   if (mode_->num_algebraic == 0) return true;
-  const Vector g = sources_.g * LegendreValues(-1);
+  const Vector g = ValueOf(sources_.g, LegendreValues(-1));
   const Matrix of_g = mode_->algebraic_g();
   const Vector residual = mode_->algebraic_rows() * x_ + of_g * g;
   const Vector size = mode_->algebraic_rows().cwiseAbs() * x_.cwiseAbs() + of_g.cwiseAbs() * g.cwiseAbs();
@@ -520,8 +520,8 @@ void EventDrivenLoop::Accept(double end, double s_end) {
   errors_.AddStep(step_, sources_, Overlooked(s_end, end - t_), s_end);
   if (flow_) flow_->AddStep(step_, sources_, s_end);
   const LegendreVector at = LegendreValues(s_end);
-  x_ = step_.x * at;
-  y_ = (step_.y * at).cwiseMax(0);
+  x_ = ValueOf(step_.x, at);
+  y_ = ValueOf(step_.y, at).cwiseMax(0);
   t_ = end;
   magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * legendre_at_samples_.transpose()).cwiseAbs().rowwise().maxCoeff());
   magnitudes_.x_noise = step_.x_rounding;
@@ -532,7 +532,7 @@ void EventDrivenLoop::Accept(double end, double s_end) {
         magnitudes_.By.cwiseMax(RowMaxAbs(problem_.B * Matrix(step_.y * legendre_at_samples_.transpose())));
     magnitudes_.g = magnitudes_.g.cwiseMax(sources_.g_size);
   }
-  w_ = (step_.guard * at).cwiseMax(0);
+  w_ = ValueOf(step_.guard, at).cwiseMax(0);
   for (const Index i : mode_->active) w_[i] = 0;
   magnitudes_.w = magnitudes_.w.cwiseMax(w_);
   ++record_.steps;

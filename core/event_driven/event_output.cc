@@ -36,11 +36,11 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   if (keeps_pieces_) pieces_.push_back({sources.begin, end, sources.length, step.x, step.y, std::move(w_series)});
 
   const LegendreVector at_end = LegendreValues(s_end);
-  const Vector x = step.x * at_end;
-  const Vector y = step.y * at_end;
+  const Vector x = ValueOf(step.x, at_end);
+  const Vector y = ValueOf(step.y, at_end);
   RaiseScale(x_begin);
   RaiseScale(x);
-  const Vector y_begin = step.y * LegendreValues(-1);
+  const Vector y_begin = ValueOf(step.y, LegendreValues(-1));
   terms_ = terms_.cwiseMax(problem_.A.AbsTimes(x_begin.cwiseAbs()) + problem_.B.AbsTimes(y_begin.cwiseAbs()) +
                            sources.f_size);
 
@@ -48,13 +48,13 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   // rounding.
   constexpr double kShortestMeasured = 1e-9;
   if (end - sources.begin < kShortestMeasured * problem_.horizon) return;
-  Measure(x, y, sources.g * at_end, active, at_nodes_, certificate_.node_complementarity);
+  Measure(x, y, ValueOf(sources.g, at_end), active, at_nodes_, certificate_.node_complementarity);
   const LegendreVector at_check = LegendreValues(sources.check_s);
-  const Vector x_check = step.x * at_check;
-  const Vector y_check = step.y * at_check;
+  const Vector x_check = ValueOf(step.x, at_check);
+  const Vector y_check = ValueOf(step.y, at_check);
   Measure(x_check, y_check, sources.g_at_check, active, between_nodes_, certificate_.midpoint_complementarity);
   const Vector slope = problem_.A * x_check + problem_.B * y_check + sources.f_at_check;
-  const Vector x_slope = step.x * (2 / sources.length * (GetLegendreBasis().derivative * at_check));
+  const Vector x_slope = 2 / sources.length * ValueOf(step.x, LegendreSlopes(at_check));
   slope_size_ = slope_size_.cwiseMax(problem_.A.AbsTimes(x_check.cwiseAbs()) + problem_.B.AbsTimes(y_check.cwiseAbs()) +
                                      sources.f_at_check.cwiseAbs());
   RaiseRowMaxAbs(x_slope - slope, defect_);
@@ -80,18 +80,12 @@ void EventOutput::RecordNodes(const Vector& x_begin, const StepSources& sources,
       places_[count] = t == sources.begin ? -1 : std::clamp(2 * (t - sources.begin) / sources.length - 1, -1.0, s_end);
     }
     LegendreValuesAt(places_.head(count), values_);
-    const bool starts_at_node = grid_.times[next_node_] == sources.begin;
-    for (Index i = 0; i < count; ++i) {
-      const LegendreVector at = values_.row(i);
-      const Index column = next_node_ - segment_.first_node;
-      segment_.x.col(column).noalias() = step.x * at;
-      segment_.y.col(column).noalias() = step.y * at;
-      w_.col(column).noalias() = w * at;
-      segment_.y.col(column) = segment_.y.col(column).cwiseMax(0);
-      w_.col(column) = w_.col(column).cwiseMax(0);
-      if (i == 0 && starts_at_node) segment_.x.col(column) = x_begin;
-      ++next_node_;
-    }
+    const Index column = next_node_ - segment_.first_node;
+    segment_.x.middleCols(column, count) = step.x.lazyProduct(values_.transpose());
+    segment_.y.middleCols(column, count) = step.y.lazyProduct(values_.transpose()).cwiseMax(0);
+    w_.middleCols(column, count) = w.lazyProduct(values_.transpose()).cwiseMax(0);
+    if (grid_.times[next_node_] == sources.begin) segment_.x.col(column) = x_begin;
+    next_node_ += count;
   }
 }
 

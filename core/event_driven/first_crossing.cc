@@ -34,6 +34,12 @@ Piece CutAt(double at, Piece& piece) {
 
 Piece CutInHalf(Piece& piece) { return CutAt((piece.begin + piece.end) / 2, piece); }
 
+// Whether series + shift is positive by its first coefficient alone, since no P_k exceeds 1.
+bool IsClearlyPositive(const LegendreVector& series, double shift) {
+  constexpr double kRounding = 1e-12;
+  return series[0] + shift > (1 + kRounding) * series.tail<kLegendreDegree>().cwiseAbs().sum();
+}
+
 bool HasNegative(const LegendreVector& b) { return !(b.minCoeff() >= 0); }
 
 // The crossing in a piece that starts at or above zero and whose coefficients change sign once: a simple
@@ -47,7 +53,7 @@ bool ChangesSignOnce(const LegendreVector& b) {
 
 // Newton's method, bisection where it leaves the bracket: positive at `low`, negative at `high`.
 double SimpleRoot(const LegendreVector& series, double shift, double low, double high) {
-  const LegendreVector slope = GetLegendreBasis().derivative.transpose() * series;
+  const LegendreVector slope = DerivativeOf(series);
   double s = (low + high) / 2;
   for (int iteration = 0; iteration < 60; ++iteration) {
     const LegendreVector at_s = LegendreValues(s);
@@ -65,6 +71,7 @@ double SimpleRoot(const LegendreVector& series, double shift, double low, double
 
 std::optional<double> FirstCrossing(const LegendreVector& series, double shift, double before) {
   constexpr double kShortest = 1e-15;
+  if (IsClearlyPositive(series, shift)) return std::nullopt;
   Piece piece{-1, 1, GetLegendreBasis().to_bernstein.transpose() * series};
   piece.b.array() += shift;
   if (!HasNegative(piece.b)) return std::nullopt;
@@ -91,9 +98,10 @@ std::optional<double> FirstCrossing(const LegendreVector& series, double shift, 
 Dip DipBelowZero(const LegendreVector& series, double shift, double end) {
   constexpr double kAccuracy = 0.1;
   constexpr double kShortest = 1e-12;
+  Dip dip;
+  if (IsClearlyPositive(series, shift)) return dip;
   Piece piece{-1, 1, GetLegendreBasis().to_bernstein.transpose() * series};
   piece.b.array() += shift;
-  Dip dip;
   if (!HasNegative(piece.b)) return dip;
   if (end < 1) CutAt(end, piece);
   double area = 0;
@@ -134,8 +142,8 @@ std::optional<Minimum> LowestMinimum(const LegendreVector& series, double end) {
   std::optional<Minimum> lowest;
   for (Index j = 1; j + 1 < kPoints && s_of[j] < end; ++j) {
     if (!(values[j] < values[j - 1] && values[j] <= values[j + 1])) continue;
-    const LegendreVector slope = GetLegendreBasis().derivative.transpose() * series;
-    const LegendreVector curvature = GetLegendreBasis().derivative.transpose() * slope;
+    const LegendreVector slope = DerivativeOf(series);
+    const LegendreVector curvature = DerivativeOf(slope);
     double s = s_of[j];
     for (int iteration = 0; iteration < 5; ++iteration) {
       const LegendreVector at_s = LegendreValues(s);

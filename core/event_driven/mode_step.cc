@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/linalg/abs_times.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -38,6 +39,13 @@ Series Integral(const Series& series) {
 // Without the search for infinities that std::complex makes.
 std::complex<double> Times(const std::complex<double>& a, const std::complex<double>& b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
+// |z| within a factor of √2, without a root.
+double SizeOf(const std::complex<double>& z) { return std::abs(z.real()) + std::abs(z.imag()); }
+template <typename Derived>
+auto SizesOf(const Eigen::MatrixBase<Derived>& matrix) {
+  return matrix.unaryExpr([](const std::complex<double>& z) { return SizeOf(z); });
 }
 
 // Subtracts the multiples `layers` of P_K - P_{K-1}.
@@ -126,13 +134,12 @@ ModeStepper::ModeStepper(const Mode& mode, double length) : mode_(&mode), half_(
 }
 
 void ModeStepper::SolveTriangle(ComplexSeries& c) const {
-  using Row = Eigen::Matrix<Complex, 1, kLegendreSize>;
   const PencilForm& form = mode_->form;
   for (Index j = c.rows() - 1; j >= 0; --j) {
     if (!form.is_explicit()) c.row(j).tail(K) *= scalars_[j].over_slope;
     SolveScalar(scalars_[j], c.row(j).data());
     if (j == 0) break;
-    const Row of_j = half_ * Integral<Row>(c.row(j));
+    const ComplexRow of_j = half_ * Integral<ComplexRow>(c.row(j));
     for (Index i = 0; i < j; ++i) {
       if (form.triangle(i, j) != 0.0) c.row(i) += form.triangle(i, j) * of_j;
       if (!form.is_explicit() && form.slope_triangle(i, j) != 0.0) {
@@ -180,10 +187,9 @@ Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, const Eigen::Ref<
   constexpr double kRounding = 24 * std::numeric_limits<double>::epsilon();  // of the terms
   const PencilForm& form = mode_->form;
   Eigen::VectorXcd layer = Eigen::VectorXcd::Zero(c.rows());
-  if (!has_fast_) return layer;
   Eigen::MatrixX2cd last = c.rightCols<2>();  // without the layers
   bool has_layer = false;
-  const Vector size = c.cwiseAbs().rowwise().maxCoeff();
+  const Vector size = SizesOf(c).rowwise().maxCoeff();
   for (Index j = c.rows() - 1; j >= 0; --j) {
     const Index after = c.rows() - j - 1;
     if (std::abs(scalars_[j].z) > kFast) {
@@ -192,7 +198,7 @@ Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, const Eigen::Ref<
       const Eigen::RowVector2cd smooth = -(source.row(j) + of_others * last.bottomRows(after)) / rate;
       const Eigen::RowVector2cd rough = last.row(j) - smooth;
       const Complex part = (rough[1] - rough[0]) / 2.0;
-      const double terms = size[j] + of_others.cwiseAbs().dot(size.tail(after)) / std::abs(rate);
+      const double terms = size[j] + SizesOf(of_others).dot(size.tail(after)) / std::abs(rate);
       const bool cancels = std::abs(rough[0] + rough[1]) <= kCancels * std::abs(part);
       if (cancels && (of_rounding == OfRounding::kToo || std::abs(part) > kRounding * terms)) layer[j] = part;
     } else if (has_layer && !form.is_explicit()) {
@@ -213,7 +219,7 @@ std::vector<Index> ModeStepper::UnreachedStates(const Vector& start, const Legen
     const Index row = mode_->is_explicit() ? -1 : mode_->row_of_state[static_cast<std::size_t>(i)];
     if (row >= 0 && start[i] == 0 && (source.row(row).array() == 0).all()) unreached.push_back(i);
   }
-  for (std::size_t before = start.size() + 1; unreached.size() < before;) {
+  for (std::size_t before = start.size() + 1; !unreached.empty() && unreached.size() < before;) {
     before = unreached.size();
     std::vector<bool> reached(static_cast<std::size_t>(start.size()), true);
     for (const Index i : unreached) reached[static_cast<std::size_t>(i)] = false;
@@ -235,34 +241,34 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
   const PencilForm& form = mode_->form;
   const Index m = c.rows();
   const ComplexSeries b = form.left * source;
-  const Vector b_noise = form.left.cwiseAbs() * (kUnit * source.cwiseAbs().rowwise().sum() + source_noise);
-  const Vector c_size = c.cwiseAbs().rowwise().sum();
+  const Vector b_noise = SizesOf(form.left) * (kUnit * source.cwiseAbs().rowwise().sum() + source_noise);
+  const Vector c_size = SizesOf(c).rowwise().sum();
   // Entries of the slope triangle have the rounding of the largest, of which a fast component's is a small part.
-  const double of_triangle = kUnit * form.slope_triangle.cwiseAbs().maxCoeff();
+  const double of_triangle = kUnit * SizesOf(form.slope_triangle).maxCoeff();
   ComplexSeries slope(m, kLegendreSize);
   Vector slope_size(m), noise(m);
   for (Index j = m - 1; j >= 0; --j) {
     const Index after = m - 1 - j;
     const auto of_slopes = form.slope_triangle.row(j).tail(after);
     const auto of_states = form.triangle.row(j).tail(after + 1);
-    const double over_slope = std::abs(scalars_[j].over_slope);
+    const double over_slope = SizeOf(scalars_[j].over_slope);
     slope.row(j) = b.row(j) + of_states * c.bottomRows(after + 1) - of_slopes * slope.bottomRows(after);
     slope.row(j) *= scalars_[j].over_slope;
-    slope_size[j] = slope.row(j).cwiseAbs().sum();
+    slope_size[j] = SizesOf(slope.row(j)).sum();
     const double terms =
-        of_states.cwiseAbs().dot(c_size.tail(after + 1)) + of_slopes.cwiseAbs().dot(slope_size.tail(after));
-    const double by_equation = over_slope * (kUnit * terms + b_noise[j] + of_slopes.cwiseAbs().dot(noise.tail(after)) +
+        SizesOf(of_states).dot(c_size.tail(after + 1)) + SizesOf(of_slopes).dot(slope_size.tail(after));
+    const double by_equation = over_slope * (kUnit * terms + b_noise[j] + SizesOf(of_slopes).dot(noise.tail(after)) +
                                              of_triangle * slope_size.tail(after + 1).sum());
     // Of the source a component shows as much as it takes in on the step.
-    const double of_source = half_ * b_noise[j] / (std::abs(form.Slope(j, j)) + half_ * std::abs(form.triangle(j, j)));
+    const double of_source = half_ * b_noise[j] / (SizeOf(form.Slope(j, j)) + half_ * SizeOf(form.triangle(j, j)));
     const double by_derivative = kLegendreDegree * kLegendreDegree / half_ * (kUnit * c_size[j] + of_source);
     noise[j] = std::min(by_equation, by_derivative);
     if (by_equation <= by_derivative) continue;
-    slope.row(j) = c.row(j) * (1 / half_ * GetLegendreBasis().derivative);
-    slope_size[j] = slope.row(j).cwiseAbs().sum();
+    slope.row(j) = 1 / half_ * DerivativeOf<ComplexRow>(c.row(j));
+    slope_size[j] = SizesOf(slope.row(j)).sum();
   }
   solution.slope = States(slope);
-  solution.slope_noise = form.vectors.cwiseAbs() * noise;
+  solution.slope_noise = SizesOf(form.vectors) * noise;
 }
 
 // Where components are so large and cancel so far in a state that no digit of its slope is left, the derivative of its
@@ -272,9 +278,17 @@ void ModeStepper::TakeSlopesOfStates(const Vector& x_noise, Solution& solution) 
   for (Index i = 0; i < noise.size(); ++i) {
     const bool has_digits = solution.slope_noise[i] < solution.slope.row(i).cwiseAbs().sum();
     if (has_digits || !(noise[i] < solution.slope_noise[i])) continue;
-    solution.slope.row(i) = solution.x.row(i) * (1 / half_ * GetLegendreBasis().derivative);
+    solution.slope.row(i) = 1 / half_ * DerivativeOf<Eigen::Matrix<double, 1, kLegendreSize>>(solution.x.row(i));
     solution.slope_noise[i] = noise[i];
   }
+}
+
+Vector ModeStepper::Stiffness(const Vector& size) const {
+  constexpr double kMax = 2 * K + 1;
+  const Vector change = half_ * AbsTimes(mode_->dynamics, size);
+  Vector stiffness(size.size());
+  for (Index i = 0; i < size.size(); ++i) stiffness[i] = change[i] > 0 ? std::min(kMax, change[i] / size[i]) : 0;
+  return stiffness;
 }
 
 ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source,
@@ -316,28 +330,31 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   }
   // The components have more rounding than the refined states, to which their differences would add it; in x' it counts
   // |z| times.
-  const Eigen::MatrixX2cd last_of_source =
-      (is_explicit ? mode_->form.inverse : mode_->form.left) * source.rightCols<2>();
-  solution.layer_parts = LayersOf(c, last_of_source, OfRounding::kNot);
-  solution.layer = (mode_->form.vectors * solution.layer_parts).real();
-  const Eigen::VectorXcd with_rounding = LayersOf(c, last_of_source, OfRounding::kToo);
-  const Vector kept = ((mode_->form.vectors * with_rounding).real() - solution.layer).cwiseAbs();
-  for (const Index i : solution.unreached) solution.layer[i] = 0;
-  const LegendreSeries with_layer = x;
-  Subtract(solution.layer, x);
-  solution.last_noise = Vector::Zero(start.size());
+  solution.layer = solution.kept_layer = solution.last_noise = Vector::Zero(start.size());
+  solution.x = x;
+  if (has_fast_) {
+    const Eigen::MatrixX2cd last_of_source =
+        (is_explicit ? mode_->form.inverse : mode_->form.left) * source.rightCols<2>();
+    solution.layer_parts = LayersOf(c, last_of_source, OfRounding::kNot);
+    solution.layer = (mode_->form.vectors * solution.layer_parts).real();
+    const Eigen::VectorXcd with_rounding = LayersOf(c, last_of_source, OfRounding::kToo);
+    solution.kept_layer = ((mode_->form.vectors * with_rounding).real() - solution.layer).cwiseAbs();
+    for (const Index i : solution.unreached) solution.layer[i] = 0;
+    Subtract(solution.layer, solution.x);
+    Subtract(with_rounding, c);
+  }
+  const Vector size = solution.x.cwiseAbs().rowwise().sum();
+  const Vector last = RowMaxAbs(solution.x.rightCols<2>());
+  solution.kept_layer = solution.kept_layer.cwiseMin(last);
+  solution.stiffness = Stiffness(size);
   constexpr double kNegligible = 2 * kRounding;
-  if ((RowMaxAbs(x.rightCols<2>()).array() > kNegligible * x.cwiseAbs().rowwise().sum().array()).any()) {
-    const LegendreSeries change = States(SolveIntegrated(Missing(with_layer, integral, start)));
+  if (solution.IsStiff() && (last.array() > kNegligible * size.array()).any()) {
+    const LegendreSeries change = States(SolveIntegrated(Missing(x, integral, start)));
     solution.last_noise = RowMaxAbs(change.rightCols<4>());
   }
-  solution.kept_layer = kept.cwiseMin(RowMaxAbs(x.rightCols<2>()));
-  solution.x = std::move(x);
   if (!is_explicit) {
-    Subtract(with_rounding, c);
     AddSlope(c, source, source_noise, solution);
-    TakeSlopesOfStates(kRounding * (start.cwiseAbs() + solution.x.cwiseAbs().rowwise().sum()) + solution.uncertainty,
-                       solution);
+    TakeSlopesOfStates(kRounding * (start.cwiseAbs() + size) + solution.uncertainty, solution);
     for (const Index i : solution.unreached) solution.slope.row(i).setZero();
   }
   return solution;
@@ -350,9 +367,13 @@ ModeStepper::Response ModeStepper::Respond(const Eigen::Ref<const Matrix>& start
   const Eigen::MatrixXcd from = form.inverse * starts;
   Eigen::MatrixXcd driven;
   if (sources.cols() > 0) driven = (form.is_explicit() ? form.inverse : form.left) * (half_ * sources);
-  const Matrix slope_at = 1 / half_ * GetLegendreBasis().derivative * at;
   Eigen::MatrixXcd values(starts.rows(), starts.cols() * at.cols()), slopes;
-  if (!form.is_explicit()) slopes.resize(values.rows(), values.cols());
+  Matrix slope_at;
+  if (!form.is_explicit()) {
+    slopes.resize(values.rows(), values.cols());
+    slope_at.resize(kLegendreSize, at.cols());
+    for (Index j = 0; j < at.cols(); ++j) slope_at.col(j) = 1 / half_ * LegendreSlopes(at.col(j));
+  }
   ComplexSeries c(starts.rows(), kLegendreSize);
   const Eigen::MatrixX2cd no_source = Eigen::MatrixX2cd::Zero(starts.rows(), 2);  // at degrees K - 1 and K
   for (Index e = 0; e < starts.cols(); ++e) {
@@ -360,9 +381,9 @@ ModeStepper::Response ModeStepper::Respond(const Eigen::Ref<const Matrix>& start
     c.col(0) = from.col(e);
     if (sources.cols() > 0) c.col(1) = driven.col(e);
     SolveTriangle(c);
-    Subtract(LayersOf(c, no_source, OfRounding::kToo), c);
-    values.middleCols(e * at.cols(), at.cols()).noalias() = c * at;
-    if (!form.is_explicit()) slopes.middleCols(e * at.cols(), at.cols()).noalias() = c * slope_at;
+    if (has_fast_) Subtract(LayersOf(c, no_source, OfRounding::kToo), c);
+    values.middleCols(e * at.cols(), at.cols()).noalias() = c.lazyProduct(at);
+    if (!form.is_explicit()) slopes.middleCols(e * at.cols(), at.cols()).noalias() = c.lazyProduct(slope_at);
   }
   Response response{(form.vectors * values).real(), {}};
   if (!form.is_explicit()) response.slopes = (form.vectors * slopes).real();

@@ -41,15 +41,21 @@ class ModeStepper {
     // longer than it takes to settle. No Radau point sees it. It is subtracted: x and slope are what remains. Of each
     // state what was subtracted, ...
     Vector layer;
-    Eigen::VectorXcd layer_parts;  // ... and of each component of the triangular form.
+    Eigen::VectorXcd layer_parts;  // ... and of each component of the triangular form; may be empty where it is zero.
     // The states that are zero, since nothing that is not zero reaches them.
     std::vector<Index> unreached;
     // The size of layers that may be rounding and were left in x, as far as its last coefficients show them.
     Vector kept_layer;
     // The size of the last correction, where a further one would still have changed the solution; mostly zero.
     Vector uncertainty;
-    // The rounding error of the last coefficients of x, as one more correction shows it. Zero where they are no more
-    // than rounding of x, if no other row has larger ones.
+    // Half the length of the step in the times in which the terms of each row act, at most 2K + 1: by these stiff rows
+    // answer to rounding in their coefficients, which come to (2k + 1) times that of an integral.
+    Vector stiffness;
+    // Where a row is stiffer than this, its value at the end of the step does not depend on that at the start.
+    static constexpr double kForgets = 2;
+    bool IsStiff() const { return (stiffness.array() > kForgets).any(); }
+    // The rounding error of the last coefficients of x, as one more correction shows it. Zero if no row is stiff, or if
+    // all last coefficients are no more than rounding of x.
     Vector last_noise;
   };
   // The step from `start` with the source b = `source`, whose coefficients have rounding errors of the size
@@ -69,6 +75,7 @@ class ModeStepper {
 
  private:
   using Complex = std::complex<double>;
+  using ComplexRow = Eigen::Matrix<Complex, 1, kLegendreSize>;
   using ComplexSeries = Eigen::Matrix<Complex, Eigen::Dynamic, kLegendreSize, Eigen::RowMajor>;
   // The coefficients of the elimination for z = λ/2: c_k = (data) + ratio_k c_{k-1}.
   struct Scalar {
@@ -94,6 +101,8 @@ class ModeStepper {
   // The states that stay zero: they start there, and nothing moves them.
   std::vector<Index> UnreachedStates(const Vector& start, const LegendreSeries& source) const;
 
+  // Solution::stiffness for rows of x of these sizes.
+  Vector Stiffness(const Vector& size) const;
   // The multiple of P_K - P_{K-1} that is a layer, for each component of the triangular form; with those of rounding or
   // without them. `source`: its coefficients of P_{K-1} and P_K in each component.
   enum class OfRounding { kToo, kNot };

@@ -27,10 +27,6 @@ constexpr double kOfShown = 8;
 constexpr double kLevelPart = 1e-6;
 // The noise of x' is that of single roundings.
 constexpr double kOfSlopes = 16;
-// If the rate of a row, times half a step, is larger than this, its value at the end does not depend on that at the
-// start.
-constexpr double kForgets = 2;
-
 LegendreSeries Output(const LinearOutput& output, const ModeStepper::Solution& solution, const StepSources& sources) {
   LegendreSeries series = output.state * solution.x;
   if (output.g.size() > 0) series.noalias() += output.g * sources.g;
@@ -56,16 +52,6 @@ Vector InRows(const Mode& mode, const Vector& f, const Vector& g) {
   Vector rows = mode.is_explicit() ? f : AbsTimes(mode.E, f);
   if (mode.source_g.size() > 0) rows += AbsTimes(mode.source_g, g);
   return rows;
-}
-
-// Half the length of the step in the times in which the terms of each row act, at most some: by these stiff rows answer
-// to rounding in their coefficients, which come to (2k + 1) times that of an integral.
-Vector Stiffness(const Mode& mode, const Vector& x_size, double length) {
-  constexpr double kMax = 2 * kLegendreDegree + 1;
-  const Vector change = length / 2 * AbsTimes(mode.dynamics, x_size);
-  Vector stiffness(x_size.size());
-  for (Index i = 0; i < x_size.size(); ++i) stiffness[i] = change[i] > 0 ? std::min(kMax, change[i] / x_size[i]) : 0;
-  return stiffness;
 }
 
 // What columns of `start` and constant `source` make of x on the step, at kAnswers times, the last one its end: all
@@ -134,7 +120,7 @@ void SetLayerLengths(const Mode& mode, const Eigen::VectorXcd& parts, const Allo
 }  // namespace
 
 Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s) {
-  return step.x * (2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(s)));
+  return 2 / sources.length * ValueOf(step.x, LegendreSlopes(LegendreValues(s)));
 }
 
 EventGap GapOf(const SmoothStep& step, const StepSources& sources) {
@@ -149,12 +135,12 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   SmoothStep step;
   step.stepper = std::make_shared<ModeStepper>(mode, sources.length);
   const Vector noise_of_sources = kUnit / kRoundingOfValues * InRows(mode, sources.f_noise, sources.g_noise);
-  const ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources);
-  step.x = solution.x;
+  ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources);
   step.unreached = solution.unreached;
   step.layer = 2 * solution.layer.cwiseAbs();
   step.y = Output(mode.y, solution, sources);
   step.guard = Output(mode.guard, solution, sources);
+  step.x = std::move(solution.x);
 
   const Vector x_size = SizeOf(step.x);
   const Vector slope_size = mode.is_explicit() ? Vector() : SizeOf(solution.slope);
@@ -169,7 +155,7 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   }
   step.row_noise *= kUnit;
   step.row_error = InRows(mode, sources.f_error, sources.g_error);
-  const Vector stiffness = Stiffness(mode, x_size, sources.length);
+  const auto is_stiff = solution.stiffness.array() > ModeStepper::Solution::kForgets;
   // Rounding as the equations answer to it; its signs are as good as any.
   const Vector signs = SignsOfRounding(x_size.size());
   // These signs may cancel in a guard by chance: once more with one sign.
@@ -179,11 +165,11 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   const Matrix answers = kRounding * Answers(*step.stepper, start_of_rounding, source_of_rounding);
   step.x_rounding = kRounding * x_size + RowMaxAbs(answers.leftCols(kAnswers));
   step.rounding_at_end = answers(Eigen::all, Eigen::seqN(kAnswers - 1, 2, kAnswers));
-  step.x_noise = (stiffness.array() > kForgets).select(step.x_rounding + magnitudes.x_noise, step.x_rounding);
-  Vector x_coefficients = kOfCoefficient * step.x_noise.cwiseProduct(stiffness.cwiseMax(1));
+  step.x_noise = is_stiff.select(step.x_rounding + magnitudes.x_noise, step.x_rounding);
+  Vector x_coefficients = kOfCoefficient * step.x_noise.cwiseProduct(solution.stiffness.cwiseMax(1));
   // That is an upper bound, with which a stiff row may hide a boundary layer: what rounding there is shows.
   const Vector shown = kOfShown * (kUnit * x_size + solution.last_noise) + magnitudes.x_noise;
-  x_coefficients = (stiffness.array() > kForgets).select(x_coefficients.cwiseMin(shown), x_coefficients);
+  x_coefficients = is_stiff.select(x_coefficients.cwiseMin(shown), x_coefficients);
   step.x_tail = EstimateTail(step.x, x_coefficients);
   step.x_error = step.x_tail + solution.uncertainty + (solution.kept_layer - x_coefficients).cwiseMax(0);
   if ((step.row_error.array() != 0).any()) {
@@ -198,8 +184,8 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   const Vector guard_coefficients = kOfCoefficient * step.guard_noise + AbsTimes(mode.guard.state, x_coefficients);
   // Where a guard tells small differences of states, as the voltage of a high resistance does of inductors that share
   // it, what rounding does to them mostly cancels.
-  step.guard_noise += kRounding * AbsTimes(mode.guard.state, x_size) + RowMaxAbs(mode.guard.state * answers);
-  if ((stiffness.array() > kForgets).any()) step.guard_noise += RowMaxAbs(mode.guard.state * magnitudes.rounding);
+  step.guard_noise += kRounding * AbsTimes(mode.guard.state, x_size) + RowMaxAbs(Matrix(mode.guard.state * answers));
+  if (solution.IsStiff()) step.guard_noise += RowMaxAbs(Matrix(mode.guard.state * magnitudes.rounding));
   step.guard_tail = EstimateTail(step.guard, guard_coefficients);
   const Vector guard_size = SizeOf(step.guard);
   Vector lift = 2 * mode.guard.state * solution.layer;  // what the layer adds to the guards at the start
@@ -218,7 +204,7 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   constexpr double kOfLayer = 1e-3;  // the slopes of a layer are no better known
   if (mode.guard.slope.size() > 0) lift += 2 * mode.guard.slope * (mode.dynamics * solution.layer);
   lift += kOfLayer * lift.cwiseAbs();
-  const Vector at_start = step.guard * LegendreValues(-1);
+  const Vector at_start = ValueOf(step.guard, LegendreValues(-1));
   for (Index i = 0; i < at_start.size(); ++i) {
     if (at_start[i] < -step.guard_level[i] && at_start[i] + lift[i] >= -step.guard_level[i]) {
       step.guard_level[i] -= at_start[i];
@@ -230,12 +216,9 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
 double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, const Magnitudes& magnitudes,
                         double tolerance, double share) {
   constexpr int kLooks = 4;
-  StatesAndGuards size{Vector::Zero(step.x.rows()), Vector::Zero(step.guard.rows())};
-  for (int k = 0; k <= kLooks; ++k) {
-    const LegendreVector at = LegendreValues(-1 + (1 + s) * k / kLooks);
-    size.x = size.x.cwiseMax((step.x * at).cwiseAbs());
-    size.guard = size.guard.cwiseMax((step.guard * at).cwiseAbs());
-  }
+  Eigen::Matrix<double, kLegendreSize, kLooks + 1> at;
+  for (int k = 0; k <= kLooks; ++k) at.col(k) = LegendreValues(-1 + (1 + s) * k / kLooks);
+  const StatesAndGuards size{RowMaxAbs(Matrix(step.x.lazyProduct(at))), RowMaxAbs(Matrix(step.guard.lazyProduct(at)))};
   // Behind s they may grow, and their rounding with them.
   const auto before = [](const Vector& noise, const Vector& size, const LegendreSeries& series) {
     const Vector whole = SizeOf(series);
@@ -251,7 +234,7 @@ namespace {
 // The zero of the series a little before `s`, where it is -level and falling; `s` itself where it only grazes
 // zero.
 double ZeroBefore(const LegendreVector& series, double s, double level) {
-  const LegendreVector slope = GetLegendreBasis().derivative.transpose() * series;
+  const LegendreVector slope = DerivativeOf(series);
   double zero = s;
   for (int iteration = 0; iteration < 3; ++iteration) {
     const LegendreVector at = LegendreValues(zero);

@@ -195,7 +195,7 @@ class OutputMeter {
   double SlopeAt(const std::vector<Index>& outputs, double time) const {
     const auto piece = PieceAt(time);
     const double s = std::clamp(piece->s_of(time), -1.0, 1.0);
-    const LegendreVector at = LegendreValues(s), slope_at = GetLegendreBasis().derivative * at;
+    const LegendreVector at = LegendreValues(s), slope_at = LegendreSlopes(at);
     double slope = 0;
     for (std::size_t k = 0; k < outputs.size(); ++k) {
       double term = piece->z.row(RowOf(outputs[k])).dot(slope_at) * 2 / (piece->end - piece->begin);

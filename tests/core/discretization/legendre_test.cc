@@ -19,8 +19,7 @@ LegendreSeries Interpolate(double (*function)(double)) {
 }
 
 TEST(LegendreTest, InterpolatesPolynomialsOfItsDegreeExactly) {
-  const LegendreSeries series =
-      Interpolate([](double s) { return 3 * std::pow(s, 12) - std::pow(s, 5) + 2; });
+  const LegendreSeries series = Interpolate([](double s) { return 3 * std::pow(s, 12) - std::pow(s, 5) + 2; });
   for (const double s : {-1.0, -0.73, 0.0, 0.2, 0.999, 1.0}) {
     EXPECT_NEAR((series * LegendreValues(s))(0), 3 * std::pow(s, 12) - std::pow(s, 5) + 2, 1e-14);
   }
@@ -34,9 +33,10 @@ TEST(LegendreTest, ConstantsHaveExactlyOneCoefficient) {
 
 TEST(LegendreTest, DifferentiatesSeries) {
   const LegendreSeries series = Interpolate([](double s) { return std::pow(s, 7) - s * s; });
-  const LegendreSeries slope = series * GetLegendreBasis().derivative;
+  const LegendreSeries slope = DerivativeOf(series);
   for (const double s : {-1.0, -0.4, 0.6, 1.0}) {
     EXPECT_NEAR((slope * LegendreValues(s))(0), 7 * std::pow(s, 6) - 2 * s, 1e-12);
+    EXPECT_NEAR(ValueOf(series, LegendreSlopes(LegendreValues(s)))[0], 7 * std::pow(s, 6) - 2 * s, 1e-12);
   }
 }
 

@@ -237,7 +237,7 @@ TEST(ModeStepTest, FindsPolynomialSolutionsExactly) {
   const double length = 0.8;
   LegendreSeries exact = random.Gaussian(4, kLegendreSize);
   for (Index k = 0; k < kLegendreSize; ++k) exact.col(k) /= static_cast<double>((k + 1) * (k + 1));
-  const LegendreSeries source = exact * (2 / length * GetLegendreBasis().derivative) - A * exact;
+  const LegendreSeries source = 2 / length * DerivativeOf(exact) - A * exact;
   const Vector start = exact * LegendreValues(-1);
   const LegendreSeries x = ModeStepper(ModeOf(A), length).Solve(start, source, Vector::Zero(start.size())).x;
   EXPECT_LT(MaxAbs(x - exact), 1e-13);
@@ -256,8 +256,7 @@ TEST(ModeStepTest, StaysOnTheSlowSolutionOfStiffEquations) {
                                  .Solve(Vector::Ones(1), InterpolateAtNodes(values), Vector::Zero(1))
                                  .x;
     for (const double s : {-0.9, -0.3, 0.4, 1.0}) {
-      EXPECT_NEAR((x * LegendreValues(s))(0), std::cos(3 * length * (1 + s) / 2), 1e-13)
-          << lambda << " at " << s;
+      EXPECT_NEAR((x * LegendreValues(s))(0), std::cos(3 * length * (1 + s) / 2), 1e-13) << lambda << " at " << s;
     }
   }
 }
