@@ -313,23 +313,26 @@ std::shared_ptr<Mode> Mode::Create(const RegimeSystem& regime, unsigned active, 
   return mode;
 }
 
-const DenseMatrix& Mode::Exponential(int level) {
-  if (static_cast<int>(exponentials_.size()) <= level) exponentials_.resize(level + 1);
-  if (exponentials_[level]) return *exponentials_[level];
-  if (level < series_level_) {
-    const DenseMatrix& half = Exponential(level + 1);
-    DenseMatrix whole = half * half;
-    exponentials_[level] = std::move(whole);
-    return *exponentials_[level];
-  }
+const DenseMatrix& Mode::Change(int level) {
+  if (static_cast<int>(changes_.size()) <= level) changes_.resize(level + 1);
+  if (changes_[level]) return *changes_[level];
   const int size = derivative_.rows();
+  if (level < series_level_) {
+    const DenseMatrix& half = Change(level + 1);
+    DenseMatrix whole = half * half;
+    for (int i = 0; i < size; ++i) {
+      for (int j = 0; j < size; ++j) whole(i, j) += Real(2) * half(i, j);
+    }
+    changes_[level] = std::move(whole);
+    return *changes_[level];
+  }
   const Real step = Real(std::ldexp(horizon_, -level));
   DenseMatrix scaled = derivative_;
   for (int i = 0; i < size; ++i) {
     for (int j = 0; j < size; ++j) scaled(i, j) *= step;
   }
-  DenseMatrix term = Identity(size), sum = Identity(size);
-  for (int k = 1; k <= kSeriesTerms; ++k) {
+  DenseMatrix term = scaled, sum = scaled;
+  for (int k = 2; k <= kSeriesTerms; ++k) {
     term = term * scaled;
     for (int i = 0; i < size; ++i) {
       for (int j = 0; j < size; ++j) {
@@ -338,8 +341,14 @@ const DenseMatrix& Mode::Exponential(int level) {
       }
     }
   }
-  exponentials_[level] = std::move(sum);
-  return *exponentials_[level];
+  changes_[level] = std::move(sum);
+  return *changes_[level];
+}
+
+Column Mode::After(const Column& z, int level) {
+  Column result = Change(level) * z;
+  for (size_t i = 0; i < z.size(); ++i) result[i] += z[i];
+  return result;
 }
 
 Column Mode::SeriesAfter(const Column& z, Real time) const {
@@ -361,7 +370,7 @@ Column Mode::After(const Column& z, Real time) {
   for (int level = 0; level <= series_level_; ++level) {
     const Real step = std::ldexp(horizon_, -level);
     while (rest >= step) {
-      result = Exponential(level) * result;
+      result = After(result, level);
       rest -= step;
     }
   }

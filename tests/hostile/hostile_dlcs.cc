@@ -46,7 +46,7 @@ int Usage() {
                "  --method NAME       solve by this method (auto)\n"
                "  --failures FOLDER   write the problems that fail to FOLDER/SEED.json\n"
                "  --seconds S         stop a solve after so long (10)\n"
-               "  --verbose           a line for every trial\n"
+               "  --verbose           a line for every trial; with --traits the times of events\n"
                "  --traits            list the systems and what the reference says of them, and solve none\n");
   return 2;
 }
@@ -132,8 +132,8 @@ void PrintSeeds(const char* what, std::vector<uint64_t> seeds) {
 
 void PrintTally(const Asked& asked, Tally& tally) {
   std::printf("%-8s", Text(asked).c_str());
-  for (const Judgment judgment : {Judgment::kRight, Judgment::kWrong, Judgment::kRefusedWithNeed,
-                                    Judgment::kRefused, Judgment::kNotJudged}) {
+  for (const Judgment judgment :
+       {Judgment::kRight, Judgment::kWrong, Judgment::kRefusedWithNeed, Judgment::kRefused, Judgment::kNotJudged}) {
     std::printf("  %s %d", Name(judgment), tally.judgments[judgment]);
   }
   std::printf("  slow %zu\n", tally.slow.size());
@@ -167,6 +167,9 @@ int Main(int count, char** texts) {
       std::printf("%llu m = %d, n = %d, %s: %d steps, %d events, to %g of %g %s\n",
                   static_cast<unsigned long long>(seed), system.num_states(), system.num_pairs(), system.traits.c_str(),
                   reference.steps, reference.events, reference.end, system.horizon, reference.reason.c_str());
+      for (const double t : reference.event_times) {
+        if (arguments.verbose) std::printf("  %.16g\n", t);
+      }
       continue;
     }
     for (size_t k = 0; k < arguments.asked.size(); ++k) {

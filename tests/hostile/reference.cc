@@ -172,7 +172,8 @@ class Walk {
     return sizes;
   }
 
-  // Whether y and w of `mode` are lexicographically nonnegative from z on.
+  // Whether y and w of `mode` are lexicographically nonnegative from z on. What the mode before held at zero is zero,
+  // whatever has been added by the rounding of its large terms.
   bool CanFollow(const Mode& mode, double zero) const {
     if (system_.least_element && !mode.has_least_element()) return false;
     for (const Column& invariant : mode.invariants()) {
@@ -183,8 +184,9 @@ class Walk {
     std::vector<Column> derivatives = {z_}, sizes = {z_};
     if (zero == kZeroAtStart) sizes[0] = Sizes();
     for (int i = 0; i < mode.signs().rows(); ++i) {
-      for (int k = 0; k < kDerivatives; ++k) {
-        if (static_cast<int>(derivatives.size()) <= k) {
+      const bool was_held = (held_ & ~mode.active()) >> i & 1u;
+      for (int k = was_held ? 1 : 0; k < kDerivatives; ++k) {
+        while (static_cast<int>(derivatives.size()) <= k) {
           derivatives.push_back(mode.derivative() * derivatives.back());
           sizes.push_back(AbsoluteProduct(mode.derivative(), sizes.back()));
         }
@@ -364,6 +366,7 @@ class Walk {
     time_ = interval.begin;
     const Column sources = SourceValues(system_, time_);
     std::copy(sources.begin(), sources.end(), z_.begin() + system_.num_states());
+    held_ = 0;
     std::shared_ptr<Mode> mode = Next(active_);
     if (!mode) return Stop(Reference::Status::kNoMode, "no mode at the start of a interval");
     active_ = mode->active();
@@ -386,6 +389,7 @@ class Walk {
       const unsigned before = crossed ? active_ ^ *crossed : active_;
       if (crossed && replay_ && replay_->reported(ToDouble(begin)) && !ReachDecision(*mode, begin))
         return Stop(Reference::Status::kNoMode, "the reported mode ends before the one behind it begins");
+      held_ = active_;
       mode = Next(before);
       if (!mode) return Stop(Reference::Status::kNoMode, "no mode behind an event");
       if (crossed || mode->active() != active_) {
@@ -416,9 +420,8 @@ class Walk {
       }
       const Real length = std::ldexp(system_.horizon, -level);
       // Values at 32 parts of the step.
-      const DenseMatrix& part = mode.Exponential(level + kSamplesLog2);
       std::vector<Column> states = {z_};
-      for (int k = 0; k < 1 << kSamplesLog2; ++k) states.push_back(part * states.back());
+      for (int k = 0; k < 1 << kSamplesLog2; ++k) states.push_back(mode.After(states.back(), level + kSamplesLog2));
       double worst = 0;
       std::optional<double> first;
       int first_row = -1;
@@ -545,7 +548,8 @@ class Walk {
   Column z_;
   Real time_ = 0;
   unsigned active_ = 0;
-  int level_ = 1000;  // of the last step
+  unsigned held_ = 0;  // the pairs with w = 0 in the mode that ends at time_, bits
+  int level_ = 1000;   // of the last step
   size_t next_output_ = 0;
 };
 
