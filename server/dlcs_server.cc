@@ -122,7 +122,9 @@ class RunningServer final : public DlcsServer {
   void Reload() override { access_->Refresh(); }
 
  private:
-  // Keeps the health service up to date with the state of the store.
+  // Gives the health service the state of the store.
+  void SetHealthOfJobs();
+  // Keeps it up to date.
   void WatchHealth(const std::stop_token& stop);
   ServerState State() const;
   MonitoringPages Pages() const;
@@ -177,6 +179,15 @@ absl::Status RunningServer::Listen(const ServerConfig& config, ListenAddress add
   builder.experimental().SetInterceptorCreators(std::move(interceptors));
   server_ = builder.BuildAndStart();
   if (server_ == nullptr) return absl::UnavailableError("gRPC cannot start: see the log");
+  address_ = ToString(address);
+  // Before the first call comes: a service without a status does not exist for a probe.
+  if (takes_calls_) {
+    server_->GetHealthCheckService()->SetServingStatus(v1::SolverService::service_full_name(), true);
+  }
+  if (environment_.jobs) {
+    SetHealthOfJobs();
+    health_ = std::jthread([this](const std::stop_token& stop) { WatchHealth(stop); });
+  }
   listener_ = *std::move(listener);
   listener_->Start([acceptor](int listening, int connection) {
     grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
@@ -184,13 +195,6 @@ absl::Status RunningServer::Listen(const ServerConfig& config, ListenAddress add
     parameters.fd = connection;
     acceptor->HandleNewConnection(&parameters);
   });
-  address_ = ToString(address);
-  if (takes_calls_) {
-    server_->GetHealthCheckService()->SetServingStatus(v1::SolverService::service_full_name(), true);
-  }
-  if (environment_.jobs) {
-    health_ = std::jthread([this](const std::stop_token& stop) { WatchHealth(stop); });
-  }
   if (absl::Status metrics = StartMetrics(config.metrics_listen); !metrics.ok()) return metrics;
   if (absl::Status web = StartWebPort(config); !web.ok()) return web;
   return absl::OkStatus();
@@ -264,16 +268,19 @@ MonitoringPages RunningServer::Pages() const {
 
 RunningServer::~RunningServer() { Stop(milliseconds(0)); }
 
+void RunningServer::SetHealthOfJobs() {
+  const bool healthy = environment_.jobs->manager().Healthy();
+  for (const char* service : {v1::JobService::service_full_name(), v1::ProblemService::service_full_name()}) {
+    server_->GetHealthCheckService()->SetServingStatus(service, healthy);
+  }
+}
+
 void RunningServer::WatchHealth(const std::stop_token& stop) {
   constexpr milliseconds kEvery{250};
   std::mutex mutex;
   std::condition_variable_any changed;
   std::unique_lock lock(mutex);
-  do {
-    for (const char* service : {v1::JobService::service_full_name(), v1::ProblemService::service_full_name()}) {
-      server_->GetHealthCheckService()->SetServingStatus(service, environment_.jobs->manager().Healthy());
-    }
-  } while (!changed.wait_for(lock, stop, kEvery, [&] { return stop.stop_requested(); }));
+  while (!changed.wait_for(lock, stop, kEvery, [&] { return stop.stop_requested(); })) SetHealthOfJobs();
 }
 
 void RunningServer::Drain() {

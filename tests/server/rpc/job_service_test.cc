@@ -427,7 +427,8 @@ TEST_F(JobServiceTest, HealthFollowsTheStore) {
     grpc::health::v1::HealthCheckRequest request;
     request.set_service("dlcs.v1.JobService");
     grpc::health::v1::HealthCheckResponse response;
-    EXPECT_TRUE(stub->Check(&context, request, &response).ok());
+    const grpc::Status status = stub->Check(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_code() << " " << status.error_message();
     return response.status() == grpc::health::v1::HealthCheckResponse::SERVING;
   };
   const auto becomes = [&](bool serving) {
