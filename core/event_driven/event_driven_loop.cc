@@ -64,7 +64,7 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double tolerance, Index 
       w_(y_) {
   magnitudes_.x = magnitudes_.x_reach = x_.cwiseAbs();
   magnitudes_.x_noise = Vector::Zero(problem_.num_states());
-  magnitudes_.rounding = Matrix::Zero(problem_.num_states(), 2);
+  magnitudes_.rounding = Matrix::Zero(problem_.num_states(), 3);
   magnitudes_.y = magnitudes_.w = Vector::Zero(problem_.num_constraints());
   magnitudes_.By = Vector::Zero(problem_.num_states());
   magnitudes_.g = magnitudes_.y;
@@ -455,8 +455,13 @@ bool EventDrivenLoop::Project() {
   const Vector residual = mode_->algebraic_rows() * x_ + of_g * g;
   const Vector size = mode_->algebraic_rows().cwiseAbs() * x_.cwiseAbs() + of_g.cwiseAbs() * g.cwiseAbs();
   const Vector rounding = kRoundingOfConstraints * size + of_g.cwiseAbs() * sources_.g_noise;
-  if ((residual.array().abs() <= rounding.array()).all()) return true;
   const Vector change = mode_->correction * residual;
+  if ((residual.array().abs() <= rounding.array()).all()) {
+    // What rounding takes slow states off a constraint fast states make up for at once.
+    magnitudes_.x_noise = magnitudes_.x_noise.cwiseMax(change.cwiseAbs());
+    magnitudes_.rounding.col(2) = change;
+    return true;
+  }
   const Vector terms = mode_->correction.cwiseAbs() * size;
   const Vector allowed = tolerance_ * magnitudes_.x + kOnConstraints * terms + magnitudes_.x_noise;
   if ((change.array().abs() > allowed.array()).any()) return false;
@@ -525,7 +530,7 @@ void EventDrivenLoop::Accept(double end, double s_end) {
   t_ = end;
   magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * legendre_at_samples_.transpose()).cwiseAbs().rowwise().maxCoeff());
   magnitudes_.x_noise = step_.x_rounding;
-  magnitudes_.rounding = step_.rounding_at_end;
+  magnitudes_.rounding << step_.rounding_at_end, Vector::Zero(x_.size());
   magnitudes_.y = magnitudes_.y.cwiseMax(y_);
   if (context_.y_is_lipschitz()) {
     magnitudes_.By =

@@ -29,7 +29,8 @@ struct Magnitudes {
   // The rounding error of x on the step before. In a fast state it decays at once, in a boundary layer that does not
   // count as an error.
   Vector x_noise;
-  // m × 2: rounding errors at the end of that step for two choices of signs, since they may cancel in a guard.
+  // m × 3: rounding errors at the end of that step for two choices of signs, since they may cancel in a guard; and that
+  // of the constraints at the start of this one.
   Matrix rounding;
 };
 
