@@ -39,8 +39,7 @@ class HostileAnswers : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(HostileAnswers, AreWithinTheErrorAskedFor) {
   const CaseFile the_case = ReadCase(GetParam());
-  Reference reference;
-  if (!the_case.system.several_solutions) reference = Refer(the_case.system, ComparisonTimes(the_case.system));
+  const Reference reference = ReferenceOf(the_case.system);
   for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
     const Trial trial = Try(the_case.system, reference, {.tolerance = tolerance}, 10);
     // Or refused, where one ulp of the data makes a good part of the error that is asked for, or more.

@@ -161,8 +161,7 @@ int Main(int count, char** texts) {
   std::vector<Tally> tallies(arguments.asked.size());
   for (uint64_t seed = arguments.begin; seed < arguments.end; ++seed) {
     const System system = MakeSystem(seed);
-    Reference reference;
-    if (!system.several_solutions) reference = Refer(system, ComparisonTimes(system));
+    const Reference reference = ReferenceOf(system);
     if (arguments.lists_traits) {
       std::printf("%llu m = %d, n = %d, %s: %d steps, %d events, to %g of %g %s\n",
                   static_cast<unsigned long long>(seed), system.num_states(), system.num_pairs(), system.traits.c_str(),

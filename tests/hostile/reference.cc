@@ -22,9 +22,13 @@ constexpr double kWellResolved = 1e-23;  // and a longer one is tried
 constexpr double kCrossed = 1e-17;       // below zero by this much of the numbers summed: crossed
 constexpr double kZero = 1e-23;          // in the lexicographic test
 constexpr double kZeroAtStart = 1e-13;   // and where a state may be inconsistent by rounding
+// A w_i that was held at zero by a y_i of large terms has drifted by their rounding.
+constexpr double kZeroOfHeld = 1e-15;
+constexpr double kZeroOfLargest = 1e-29;
 constexpr double kRefined = 1e-27;
 constexpr int kDerivatives = 8;
-constexpr double kReportedZero = 1e-3;    // of a mode that is reported from a time that is not exact
+constexpr double kReportedZero = 1e-3;  // of a mode that is reported from a time that is not exact
+constexpr double kReportedZeroOfLargest = 1e-6;
 constexpr double kReportedTime = 1e-3;    // that a mode may end before, of its length, ...
 constexpr double kReportedMoment = 1e-9;  // ... and of T
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -123,6 +127,7 @@ class Walk {
       return Eigen::MatrixXd::Constant(rows, static_cast<Index>(times_.size()),
                                        std::numeric_limits<double>::quiet_NaN());
     };
+    result_.times = times_;
     result_.x = result_.By = unknown(m);
     result_.w = unknown(system_.num_pairs());
     result_.size = system_.x0.cwiseAbs();
@@ -172,8 +177,15 @@ class Walk {
     return sizes;
   }
 
-  // Whether y and w of `mode` are lexicographically nonnegative from z on. What the mode before held at zero is zero,
-  // whatever has been added by the rounding of its large terms.
+  // The largest so far of each part of z.
+  Column LargestSizes() const {
+    Column sizes = Sizes();
+    for (int i = 0; i < system_.num_states(); ++i) sizes[i] = std::max(std::abs(ToDouble(sizes[i])), result_.size(i));
+    return sizes;
+  }
+
+  // Whether y and w of `mode` are lexicographically nonnegative from z on. A row that is one state alone is zero where
+  // that is, whatever its sign.
   bool CanFollow(const Mode& mode, double zero) const {
     if (system_.least_element && !mode.has_least_element()) return false;
     for (const Column& invariant : mode.invariants()) {
@@ -183,16 +195,19 @@ class Walk {
     }
     std::vector<Column> derivatives = {z_}, sizes = {z_};
     if (zero == kZeroAtStart) sizes[0] = Sizes();
+    const Column largest = LargestSizes();
     for (int i = 0; i < mode.signs().rows(); ++i) {
       const bool was_held = (held_ & ~mode.active()) >> i & 1u;
-      for (int k = was_held ? 1 : 0; k < kDerivatives; ++k) {
-        while (static_cast<int>(derivatives.size()) <= k) {
+      const double zero_of_value = was_held ? std::max(zero, kZeroOfHeld) : zero;
+      for (int k = 0; k < kDerivatives; ++k) {
+        if (static_cast<int>(derivatives.size()) <= k) {
           derivatives.push_back(mode.derivative() * derivatives.back());
           sizes.push_back(AbsoluteProduct(mode.derivative(), sizes.back()));
         }
         const double value = ToDouble(Dot(mode.signs().row(i), derivatives[k]));
         const double size = ToDouble(AbsoluteDot(mode.signs().row(i), sizes[k]));
-        if (std::abs(value) <= (k == 0 ? zero : kZero) * size) continue;
+        if (std::abs(value) <= (k == 0 ? zero_of_value : kZero) * size) continue;
+        if (k == 0 && std::abs(value) <= kZeroOfLargest * ToDouble(AbsoluteDot(mode.signs().row(i), largest))) continue;
         if (value < 0) return false;
         break;
       }
@@ -276,10 +291,12 @@ class Walk {
 
   // Whether y and w of a reported mode are nonnegative, but for what an error of the time it begins at makes of them.
   bool IsNonnegative(const Mode& mode) const {
-    const Column sizes = Sizes();
+    const Column sizes = Sizes(), largest = LargestSizes();
     for (int i = 0; i < mode.signs().rows(); ++i) {
       const double value = ToDouble(Dot(mode.signs().row(i), z_));
-      if (value < -kReportedZero * ToDouble(AbsoluteDot(mode.signs().row(i), sizes))) return false;
+      const double allowed = kReportedZero * ToDouble(AbsoluteDot(mode.signs().row(i), sizes)) +
+                             kReportedZeroOfLargest * ToDouble(AbsoluteDot(mode.signs().row(i), largest));
+      if (value < -allowed) return false;
     }
     return true;
   }

@@ -35,7 +35,8 @@ struct Reference {
   int events = 0;
   int steps = 0;
   std::vector<double> event_times;
-  // At the times asked for, up to `end`: columns.
+  std::vector<double> times;  // those asked for
+  // At `times`, up to `end`: columns.
   Eigen::MatrixXd x;
   Eigen::MatrixXd By;  // the left limit at T, and else the right one
   Eigen::MatrixXd w;   // likewise

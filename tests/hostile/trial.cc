@@ -172,6 +172,28 @@ std::vector<double> ComparisonTimes(const System& system) {
   return times;
 }
 
+Reference ReferenceOf(const System& system) {
+  constexpr size_t kMostEvents = 12;
+  // Of the time of an event: nearer behind it what a shift by some ulps of that time explains is no error.
+  constexpr double kBehind = 1.5e-4;
+  if (system.several_solutions) return {};
+  std::vector<double> times = ComparisonTimes(system);
+  Reference reference = Refer(system, times);
+  const std::vector<double>& events = reference.event_times;
+  for (size_t part = 0; part < std::min(kMostEvents, events.size()); ++part) {
+    const size_t k = part * events.size() / std::min(kMostEvents, events.size());
+    const double end = k + 1 < events.size() ? events[k + 1] : reference.end;
+    const double soon = events[k] * (1 + kBehind);
+    for (const double time : {soon, events[k] + (end - events[k]) / 2}) {
+      if (time >= soon && time < end) times.push_back(time);
+    }
+  }
+  if (times.size() == reference.times.size()) return reference;
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return Refer(system, times);
+}
+
 absl::StatusOr<Solution> SolveFor(const System& system, const Options& options, double seconds) {
   Observer observer;
   const Deadline deadline(seconds);
@@ -180,7 +202,7 @@ absl::StatusOr<Solution> SolveFor(const System& system, const Options& options, 
 
 Trial Try(const System& system, const Reference& reference, const Asked& asked, double seconds) {
   Trial trial;
-  const std::vector<double> times = ComparisonTimes(system);
+  const std::vector<double> times = system.several_solutions ? ComparisonTimes(system) : reference.times;
   Options options;
   options.error_tolerance = asked.tolerance;
   options.num_steps = asked.steps;

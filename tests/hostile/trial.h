@@ -54,10 +54,14 @@ struct Asked {
 // Times for the comparison: T, even ones, and some that cluster at 0.
 std::vector<double> ComparisonTimes(const System& system);
 
+// The solution at ComparisonTimes() and between events: an error that one of them makes may have decayed before the
+// next of those times. Where solutions are several it is empty.
+Reference ReferenceOf(const System& system);
+
 // Solves, for at most `seconds`; then it is kCancelled.
 absl::StatusOr<Solution> SolveFor(const System& system, const Options& options, double seconds);
 
-// Solves for at most `seconds`. `reference` is at ComparisonTimes(); where solutions are several it is not looked at,
+// Solves for at most `seconds`, and compares at the times of `reference`; where solutions are several that is empty,
 // and the answer is replayed. With steps an answer is wrong where the figure is below a tenth of the error.
 Trial Try(const System& system, const Reference& reference, const Asked& asked, double seconds);
 
