@@ -558,6 +558,14 @@ void EventDrivenLoop::NoteInterval(double end, const Mode* mode) {
   record_.longest_step = std::max(record_.longest_step, end - t_);
 }
 
+// At the pace so far they would be too many.
+bool EventDrivenLoop::AreCoupledStepsHopeless() const {
+  constexpr Index kEnoughToKnow = kMaxCoupledSteps / 10;
+  if (record_.coupled_steps < kEnoughToKnow) return false;
+  const auto taken = static_cast<double>(record_.coupled_steps);
+  return (problem_.horizon - first_coupled_) * taken > kMaxCoupledSteps * (t_ - first_coupled_);
+}
+
 // A burst of coupled steps. Each burst without a lasting mode between is twice as long as the one before and
 // may err four times as much, so that the solve survives a point that the tolerance cannot pass; the record
 // holds what it cost.
@@ -571,12 +579,13 @@ bool EventDrivenLoop::TakeCoupledSteps(double end) {
   if (burst_ == 1) coupled_length_ = std::max(shortest, std::min(length_, 1e3 * shortest));
   for (Index k = 0; k < burst_ && t_ < end;) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
-    if (record_.coupled_steps >= kMaxCoupledSteps) {
+    if (record_.coupled_steps == 0) first_coupled_ = t_;
+    if (AreCoupledStepsHopeless()) {
       return context_.Fail(Termination::kIterationLimit, t_,
-                           "No active set lasts at t = " + FormatNumber(t_) + " (" + why_coupled_ + "), and " +
+                           "No active set lasts at t = " + FormatNumber(t_) + " (" + why_coupled_ + "): after " +
+                               std::to_string(record_.coupled_steps) + " steps of first order more than " +
                                std::to_string(kMaxCoupledSteps) +
-                               " steps of first order did not reach the required accuracy. Use "
-                               "exponential-integrator, or a larger tolerance.");
+                               " would be needed. Use exponential-integrator, or a larger tolerance.");
     }
     const double power = std::ldexp(1.0, std::ilogb(coupled_length_));
     const double length = std::min(power, end - t_);

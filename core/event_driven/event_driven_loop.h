@@ -42,6 +42,7 @@ class EventDrivenLoop {
   bool Cross(double end);
   Progressed Choose(double end);
   Progressed Advance(double end);
+  bool AreCoupledStepsHopeless() const;
   bool TakeCoupledSteps(double end);
   void BeginWith(const Mode& mode);
 
@@ -114,6 +115,7 @@ class EventDrivenLoop {
   double tries_from_ = 0;
   Index burst_ = 1;  // number of coupled steps to take before the next search for a mode
   double coupled_length_ = 0;
+  double first_coupled_ = 0;  // where the first of them began
   std::string why_coupled_;
   StepSources sources_;
   SmoothStep step_;
