@@ -99,7 +99,13 @@ LegendreVector LegendreSlopes(const LegendreVector& at) {
 
 LegendreSeries InterpolateAtNodes(const LegendreSeries& values) {
   const Vector first = values.col(0);
-  LegendreSeries series = (values.colwise() - first) * GetLegendreBasis().from_nodes;
+  const LegendreSeries differences = values.colwise() - first;
+  LegendreSeries series(values.rows(), kLegendreSize);
+  if (values.rows() <= kSmallProduct / 2) {
+    series = differences.lazyProduct(GetLegendreBasis().from_nodes);
+  } else {
+    series.noalias() = differences * GetLegendreBasis().from_nodes;
+  }
   series.col(0) += first;
   return series;
 }

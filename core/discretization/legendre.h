@@ -44,6 +44,15 @@ void LegendreValuesAt(const Eigen::Ref<const Vector>& s, LegendreRows& values);
 // The value of `series` at s, for `at` = LegendreValues(s).
 inline Vector ValueOf(const LegendreSeries& series, const LegendreVector& at) { return series.lazyProduct(at); }
 
+// Up to this many rows and columns a product is faster without the blocking of large ones.
+constexpr Index kSmallProduct = 24;
+
+// matrix · series.
+inline LegendreSeries Apply(const Matrix& matrix, const LegendreSeries& series) {
+  if (matrix.rows() + matrix.cols() <= kSmallProduct) return matrix.lazyProduct(series);
+  return matrix * series;
+}
+
 // P_0'(s) ... P_K'(s), for `at` = LegendreValues(s).
 LegendreVector LegendreSlopes(const LegendreVector& at);
 

@@ -81,9 +81,19 @@ void EventOutput::RecordNodes(const Vector& x_begin, const StepSources& sources,
     }
     LegendreValuesAt(places_.head(count), values_);
     const Index column = next_node_ - segment_.first_node;
-    segment_.x.middleCols(column, count) = step.x.lazyProduct(values_.transpose());
-    segment_.y.middleCols(column, count) = step.y.lazyProduct(values_.transpose()).cwiseMax(0);
-    w_.middleCols(column, count) = w.lazyProduct(values_.transpose()).cwiseMax(0);
+    // Row by row, along the nodes.
+    const auto record = [&](const LegendreSeries& series, auto&& nodes) {
+      for (Index i = 0; i < series.rows(); ++i) {
+        along_ = values_.lazyProduct(series.row(i).transpose());
+        nodes.row(i) = along_.transpose();
+      }
+    };
+    auto y = segment_.y.middleCols(column, count), w_of_nodes = w_.middleCols(column, count);
+    record(step.x, segment_.x.middleCols(column, count));
+    record(step.y, y);
+    record(w, w_of_nodes);
+    y = y.cwiseMax(0);
+    w_of_nodes = w_of_nodes.cwiseMax(0);
     if (grid_.times[next_node_] == sources.begin) segment_.x.col(column) = x_begin;
     next_node_ += count;
   }

@@ -80,7 +80,7 @@ class EventOutput {
   Vector defect_, terms_;       // the defect of x', and the largest size of its terms, on short steps too
   Vector w_size_, slope_size_;  // the largest size so far of the terms of w and x'
   std::vector<TrajectoryPiece> pieces_;
-  Vector places_;  // positions of nodes in a step; values_ holds P_0 ... P_K there
+  Vector places_, along_;  // positions of nodes in a step; values_ holds P_0 ... P_K there
   LegendreRows values_;
 };
 

@@ -167,11 +167,11 @@ LegendreSeries ModeStepper::States(const ComplexSeries& c) const { return (mode_
 
 LegendreSeries ModeStepper::Missing(const LegendreSeries& x, const LegendreSeries& integral,
                                     const Eigen::Ref<const Vector>& start) const {
-  LegendreSeries missing = integral + half_ * Integral<LegendreSeries>(mode_->F * x);
+  LegendreSeries missing = integral + half_ * Integral(Apply(mode_->F, x));
   if (mode_->is_explicit()) {
     missing -= x;
   } else {
-    missing -= mode_->E * x;
+    missing -= Apply(mode_->E, x);
   }
   Vector at_start = x.col(0);
   for (Index k = 1; k <= K; ++k) at_start += (k % 2 ? -1 : 1) * x.col(k);

@@ -28,10 +28,10 @@ constexpr double kLevelPart = 1e-6;
 // The noise of x' is that of single roundings.
 constexpr double kOfSlopes = 16;
 LegendreSeries Output(const LinearOutput& output, const ModeStepper::Solution& solution, const StepSources& sources) {
-  LegendreSeries series = output.state * solution.x;
-  if (output.g.size() > 0) series.noalias() += output.g * sources.g;
-  if (output.f.size() > 0) series.noalias() += output.f * sources.f;
-  if (output.slope.size() > 0) series.noalias() += output.slope * solution.slope;
+  LegendreSeries series = Apply(output.state, solution.x);
+  if (output.g.size() > 0) series += Apply(output.g, sources.g);
+  if (output.f.size() > 0) series += Apply(output.f, sources.f);
+  if (output.slope.size() > 0) series += Apply(output.slope, solution.slope);
   return series;
 }
 
@@ -129,8 +129,8 @@ EventGap GapOf(const SmoothStep& step, const StepSources& sources) {
 
 SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
                           const Magnitudes& magnitudes, double tolerance, double share, const EventGap* gap) {
-  LegendreSeries b = mode.is_explicit() ? sources.f : LegendreSeries(mode.E * sources.f);
-  if (mode.source_g.size() > 0) b.noalias() += mode.source_g * sources.g;
+  LegendreSeries b = mode.is_explicit() ? sources.f : Apply(mode.E, sources.f);
+  if (mode.source_g.size() > 0) b += Apply(mode.source_g, sources.g);
 
   SmoothStep step;
   step.stepper = std::make_shared<ModeStepper>(mode, sources.length);
