@@ -115,7 +115,7 @@ loses_its_worker() {
   podman kill --signal KILL "$killed"
 }
 
-# As soon as the others have not heard of it for --lease-ms.
+# As soon as it has not renewed its lease for --lease-ms.
 is_elsewhere() {
   local worker
   worker=$(worker_of_job) && [ "$worker" != "$killed:50051" ]
@@ -160,7 +160,7 @@ check "the front is ready" within 60 has_a_front_for /readyz
 check "the front is ready for jobs" within 60 has_a_front_for /readyz/jobs
 check "it solves many jobs" has_all_jobs_of_many
 check "a job loses its worker" loses_its_worker
-check "the other worker goes on with it" within 120 is_elsewhere
+check "the other worker continues it" within 120 is_elsewhere
 check "it ends with the bits of a solve that nobody disturbed" ends_with_the_same_bits
 check "the front is still ready" has_a_front_for /readyz/jobs
 check "it stops in good order" stops

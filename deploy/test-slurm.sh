@@ -177,7 +177,7 @@ check "with exit code 0" have_exit_code_0
 check "it takes the script again" submits_workers 30s
 check "two workers run again" within 30 are_in_state RUNNING
 check "a worker that has a job is cancelled" is_cancelled_with_a_job
-check "the other goes on with the job" within 15 is_elsewhere
+check "the other continues the job" within 15 is_elsewhere
 check "the first ended in good order" within 15 ended_in_good_order
 check "the job ends with the bits of a solve that nobody disturbed" ends_with_the_same_bits
 failed=0
