@@ -11,6 +11,7 @@
 #include "client/netlist/deck_circuit.h"
 #include "client/netlist/deck_models.h"
 #include "client/netlist/deck_waveforms.h"
+#include "client/netlist/spice_number.h"
 
 namespace dlcs::client {
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "client/netlist/spice_expression.h"
+#include "client/netlist/spice_number.h"
 
 namespace dlcs::client {
 namespace {

@@ -17,7 +17,7 @@ namespace {
 
 bool IsSpaceOrTab(char letter) { return letter == ' ' || letter == '\t' || letter == '\r'; }
 
-// The text up to which `text` goes on from `begin` with one item: to a separator outside of brackets and quotes.
+// The end of the item of `text` that begins at `begin`: the next separator outside of brackets and quotes.
 std::size_t EndOfItem(std::string_view text, std::size_t begin) {
   int depth = 0;
   for (std::size_t at = begin; at < text.size(); ++at) {

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "client/netlist/spice_number.h"
+
 namespace dlcs::client {
 namespace {
 

@@ -15,6 +15,7 @@
 
 #include "client/netlist/deck_values.h"
 #include "client/netlist/deck_words.h"
+#include "client/netlist/spice_number.h"
 
 namespace dlcs::client {
 namespace {

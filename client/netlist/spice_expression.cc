@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -13,7 +11,8 @@
 #include <utility>
 
 #include "client/netlist/deck_lines.h"
-#include "core/circuits/waveform.h"
+#include "client/netlist/spice_functions.h"
+#include "client/netlist/spice_number.h"
 
 namespace dlcs::client {
 namespace {
@@ -21,77 +20,7 @@ namespace {
 constexpr int kMaxLevels = 64;
 constexpr double kRounding = 1e-14;
 
-bool IsDigit(char letter) { return letter >= '0' && letter <= '9'; }
-bool IsLetter(char letter) { return std::isalpha(static_cast<unsigned char>(letter)) != 0 || letter == '_'; }
-
-// The length of the number that `text` begins with, without suffix; 0 if it begins with none.
-std::size_t NumberLength(std::string_view text) {
-  std::size_t at = 0, digits = 0;
-  const auto skip_digits = [&] {
-    while (at < text.size() && IsDigit(text[at])) ++at, ++digits;
-  };
-  skip_digits();
-  if (at < text.size() && text[at] == '.') {
-    ++at;
-    skip_digits();
-  }
-  if (digits == 0) return 0;
-  if (at < text.size() && (text[at] == 'e' || text[at] == 'E')) {
-    std::size_t exponent = at + 1;
-    if (exponent < text.size() && (text[exponent] == '+' || text[exponent] == '-')) ++exponent;
-    if (exponent < text.size() && IsDigit(text[exponent])) {
-      while (exponent < text.size() && IsDigit(text[exponent])) ++exponent;
-      at = exponent;
-    }
-  }
-  return at;
-}
-
-// The factor of the suffix that `letters` (in small letters) begins with.
-double SuffixFactor(std::string_view letters) {
-  if (letters.starts_with("meg")) return 1e6;
-  if (letters.starts_with("mil")) return 25.4e-6;
-  if (letters.starts_with("\xc2\xb5") || letters.starts_with("\xce\xbc")) return 1e-6;
-  static const std::map<char, double> kFactors = {{'t', 1e12}, {'g', 1e9},  {'k', 1e3},   {'m', 1e-3},
-                                                  {'u', 1e-6}, {'n', 1e-9}, {'p', 1e-12}, {'f', 1e-15}};
-  const auto found = letters.empty() ? kFactors.end() : kFactors.find(letters[0]);
-  return found == kFactors.end() ? 1 : found->second;
-}
-
-// A power of ten as the divisor where it is below 1, so that 47u is the double nearest to 47e-6.
-double Scaled(double mantissa, double factor) {
-  if (factor >= 1 || factor == 25.4e-6) return mantissa * factor;
-  return mantissa / std::round(1 / factor);
-}
-
-// The number at the begin of `text` with suffix and unit, and how long it is; 0 where there is none.
-std::pair<double, std::size_t> LeadingNumber(std::string_view text) {
-  const std::size_t length = NumberLength(text);
-  if (length == 0) return {0, 0};
-  double mantissa = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + length, mantissa);
-  if (error != std::errc() || end != text.data() + length) return {0, 0};
-  std::size_t letters = length;
-  while (letters < text.size() && (IsLetter(text[letters]) || static_cast<unsigned char>(text[letters]) >= 0x80)) {
-    ++letters;
-  }
-  if (letters < text.size() && IsDigit(text[letters]) && letters > length) return {0, 0};  // 4k7
-  const std::string suffix = Lower(text.substr(length, letters - length));
-  return {Scaled(mantissa, SuffixFactor(suffix)), letters};
-}
-
 }  // namespace
-
-std::optional<double> ReadSpiceNumber(std::string_view text) {
-  double sign = 1;
-  if (!text.empty() && (text[0] == '-' || text[0] == '+')) {
-    sign = text[0] == '-' ? -1 : 1;
-    text.remove_prefix(1);
-  }
-  const auto [value, length] = LeadingNumber(text);
-  if (length == 0 || length != text.size() || !std::isfinite(value)) return std::nullopt;
-  return sign * value;
-}
 
 // Reads and evaluates at once.
 class ExpressionReader {
@@ -136,14 +65,7 @@ class ExpressionReader {
     return value.constant;
   }
 
-  // Functions of time as texts in the language of the engine.
-  static bool IsOfTime(const LinearValue& value) { return value.factors.empty() && !value.of_time.empty(); }
-  // The whole value, without quantities, in parentheses.
-  static std::string TextOf(const LinearValue& value) {
-    const std::string constant = fmt::format("{}", value.constant);
-    if (value.of_time.empty()) return "(" + constant + ")";
-    return value.constant == 0 ? "(" + value.of_time + ")" : "(" + constant + " + " + value.of_time + ")";
-  }
+  // A function of time, as a formula in the language of the engine.
   LinearValue OfTime(std::string text) {
     // Each function writes its arguments at least once.
     constexpr std::size_t kMaxText = 20000;
@@ -225,31 +147,19 @@ class ExpressionReader {
     if (slope != 0) size += std::abs(slope * condition.compared->constant);
     LinearValue value = no;
     value.is_truth = false;
-    if (slope != 0) value = Sum(value, Times(Ramp(*condition.compared), {slope}));
+    if (slope != 0) value = Sum(value, Times(Ramp(*condition.compared), slope));
     const bool jumps = std::abs(jump.constant) > kRounding * size;
     const bool is_nested = std::any_of(jump.factors.begin(), jump.factors.end(),
                                        [this](const auto& factor) { return truths_.contains(factor.first); });
     if (!jumps && !is_nested) return value;
     const LinearValue truth = Settled(condition);
-    if (jumps) value = Sum(value, Times(truth, {jump.constant}));
+    if (jumps) value = Sum(value, Times(truth, jump.constant));
     for (const auto& [name, factor] : jump.factors) {
       if (!truths_.contains(name)) continue;
-      value = Sum(value, Times(Step(Minus(Sum(truth, {0, {{name, 1}}}), {1.5})), {factor}));
+      value = Sum(value, Times(Step(Minus(Sum(truth, {0, {{name, 1}}}), {1.5})), factor));
     }
     return value;
   }
-
-  static LinearValue Sum(LinearValue value, const LinearValue& other, double factor = 1) {
-    value.constant += factor * other.constant;
-    for (const auto& [name, part] : other.factors) value.factors[name] += factor * part;
-    if (!other.of_time.empty()) {
-      const std::string term = factor == 1 ? other.of_time : fmt::format("({})*({})", factor, other.of_time);
-      value.of_time += (value.of_time.empty() ? "" : " + ") + term;
-    }
-    value.is_truth = false;
-    return value;
-  }
-  static LinearValue Minus(const LinearValue& value, const LinearValue& other) { return Sum(value, other, -1); }
 
   // function(argument), as a new quantity where the argument is none that is known.
   LinearValue Piecewise(const LinearValue& argument, const PiecewiseLinear& function) {
@@ -258,25 +168,6 @@ class ExpressionReader {
     if (!error_.ok() || maker_ == nullptr) return {};
     if (!*maker_) return Fail("only linear functions of voltages and currents are allowed here; define a B element");
     return {0, {{(*maker_)(argument, function), 1}}};
-  }
-  static std::string TextOf(const PiecewiseLinear& function, const std::string& x) {
-    std::string text = fmt::format("{} + {}", function.y.front(), LinesText(function.x, function.y, x));
-    if (function.slope_before != 0) {
-      text += fmt::format(" + ({})*min(0, {} - ({}))", function.slope_before, x, function.x.front());
-    }
-    if (function.slope_after != 0) {
-      text += fmt::format(" + ({})*max(0, {} - ({}))", function.slope_after, x, function.x.back());
-    }
-    return text;
-  }
-  static double ValueAt(const PiecewiseLinear& function, double x) {
-    if (x <= function.x.front()) return function.y.front() + function.slope_before * (x - function.x.front());
-    for (std::size_t k = 1; k < function.x.size(); ++k) {
-      if (x > function.x[k]) continue;
-      const double run = function.x[k] - function.x[k - 1];
-      return function.y[k - 1] + (function.y[k] - function.y[k - 1]) * (x - function.x[k - 1]) / run;
-    }
-    return function.y.back() + function.slope_after * (x - function.x.back());
   }
   // 1 where the argument is positive, else 0.
   LinearValue Step(const LinearValue& argument) {
@@ -331,26 +222,19 @@ class ExpressionReader {
       if (value.factors.empty() && other.factors.empty() && (IsOfTime(value) || IsOfTime(other))) {
         value = OfTime(TextOf(value) + sign + TextOf(other));
       } else if (sign == '/') {
-        value = Times(value, {1 / Constant(other, "division by")});
+        value = Times(value, 1 / Constant(other, "division by"));
       } else if (other.factors.empty()) {
-        value = Times(value, {Constant(other, "a product of voltages and currents:")});
+        value = Times(value, Constant(other, "a product of voltages and currents:"));
       } else {
-        value = Times(other, {Constant(value, "a product of voltages and currents:")});
+        value = Times(other, Constant(value, "a product of voltages and currents:"));
       }
     }
-  }
-  static LinearValue Times(LinearValue value, const LinearValue& factor) {
-    value.constant *= factor.constant;
-    for (auto& [name, part] : value.factors) part *= factor.constant;
-    if (!value.of_time.empty()) value.of_time = fmt::format("({})*({})", factor.constant, value.of_time);
-    value.is_truth = false;
-    return value;
   }
   LinearValue Signed() {
     if (++nesting_ > kMaxLevels) return Fail(fmt::format("nested deeper than {} levels", kMaxLevels));
     LinearValue value;
     if (Take("-")) {
-      value = Times(Signed(), {-1});
+      value = Times(Signed(), -1);
     } else if (Take("+")) {
       value = Signed();
     } else if (Peek() == '!' && !text_.substr(at_).starts_with("!=")) {
@@ -387,16 +271,16 @@ class ExpressionReader {
       const char next = Peek();
       return next == '?' || next == ')' || next == ',' ? value : Settled(value);
     }
-    if (IsDigit(first) || first == '.') {
-      const auto [value, length] = LeadingNumber(text_.substr(at_));
+    if (IsSpiceDigit(first) || first == '.') {
+      const auto [value, length] = LeadingSpiceNumber(text_.substr(at_));
       if (length == 0) return Fail(fmt::format("\"{}\" is no number", Rest()));
       at_ += length;
       return {value};
     }
     if (first == '\0') return Fail("ends too early");
-    if (!IsLetter(first)) return Fail(fmt::format("\"{}\" is not expected here", Rest()));
+    if (!IsSpiceLetter(first)) return Fail(fmt::format("\"{}\" is not expected here", Rest()));
     const std::size_t begin = at_;
-    while (at_ < text_.size() && (IsLetter(text_[at_]) || IsDigit(text_[at_]) || text_[at_] == '.')) ++at_;
+    while (at_ < text_.size() && (IsSpiceLetter(text_[at_]) || IsSpiceDigit(text_[at_]) || text_[at_] == '.')) ++at_;
     const std::string name = Lower(text_.substr(begin, at_ - begin));
     if (Peek() == '(') return Call(name);
     return Named(name);
@@ -477,60 +361,19 @@ class ExpressionReader {
   }
 
   LinearValue CallBuiltIn(const std::string& name, const std::vector<LinearValue>& arguments) {
-    using Function = double (*)(const std::vector<double>&);
-    struct BuiltIn {
-      std::size_t least, most;
-      Function function;
-    };
-    constexpr std::size_t kAny = 1000;
-    using Values = const std::vector<double>&;
-    static const std::map<std::string, BuiltIn> kBuiltIns = {
-        {"sin", {1, 1, [](Values v) { return std::sin(v[0]); }}},
-        {"cos", {1, 1, [](Values v) { return std::cos(v[0]); }}},
-        {"tan", {1, 1, [](Values v) { return std::tan(v[0]); }}},
-        {"asin", {1, 1, [](Values v) { return std::asin(v[0]); }}},
-        {"acos", {1, 1, [](Values v) { return std::acos(v[0]); }}},
-        {"atan", {1, 1, [](Values v) { return std::atan(v[0]); }}},
-        {"atan2", {2, 2, [](Values v) { return std::atan2(v[0], v[1]); }}},
-        {"sinh", {1, 1, [](Values v) { return std::sinh(v[0]); }}},
-        {"cosh", {1, 1, [](Values v) { return std::cosh(v[0]); }}},
-        {"tanh", {1, 1, [](Values v) { return std::tanh(v[0]); }}},
-        {"exp", {1, 1, [](Values v) { return std::exp(v[0]); }}},
-        {"ln", {1, 1, [](Values v) { return std::log(v[0]); }}},
-        {"log", {1, 1, [](Values v) { return std::log(v[0]); }}},
-        {"log10", {1, 1, [](Values v) { return std::log10(v[0]); }}},
-        {"sqrt", {1, 1, [](Values v) { return std::sqrt(v[0]); }}},
-        {"abs", {1, 1, [](Values v) { return std::abs(v[0]); }}},
-        {"floor", {1, 1, [](Values v) { return std::floor(v[0]); }}},
-        {"ceil", {1, 1, [](Values v) { return std::ceil(v[0]); }}},
-        {"int", {1, 1, [](Values v) { return std::trunc(v[0]); }}},
-        {"sgn", {1, 1, [](Values v) { return v[0] > 0   ? 1.0
-                                             : v[0] < 0 ? -1.0
-                                                        : 0.0; }}},
-        {"sqr", {1, 1, [](Values v) { return v[0] * v[0]; }}},
-        {"square", {1, 1, [](Values v) { return v[0] * v[0]; }}},
-        {"hypot", {2, 2, [](Values v) { return std::hypot(v[0], v[1]); }}},
-        {"round", {1, 1, [](Values v) { return std::round(v[0]); }}},
-        {"pow", {2, 2, [](Values v) { return std::pow(v[0], v[1]); }}},
-        {"min", {1, kAny, [](Values v) { return *std::min_element(v.begin(), v.end()); }}},
-        {"max", {1, kAny, [](Values v) { return *std::max_element(v.begin(), v.end()); }}},
-        {"limit",
-         {3, 3, [](Values v) { return std::max(std::min(v[1], v[2]), std::min(v[0], std::max(v[1], v[2]))); }}},
-        {"if", {3, 3, [](Values v) { return v[0] != 0 ? v[1] : v[2]; }}}};
     if (const auto value = CallPiecewise(name, arguments)) return *value;
     if (std::any_of(arguments.begin(), arguments.end(), IsOfTime)) {
-      if (const auto value = CallOfTime(name, arguments)) return *value;
+      if (const auto text = FormulaOfCall(name, arguments)) return OfTime(*text);
     }
-    const auto found = kBuiltIns.find(name);
-    if (found == kBuiltIns.end()) return Fail(fmt::format("\"{}\" is no function", name));
-    const BuiltIn& built_in = found->second;
-    if (arguments.size() < built_in.least || arguments.size() > built_in.most) {
-      return Fail(fmt::format("{} takes {} argument{}, not {}", name, built_in.least, built_in.least == 1 ? "" : "s",
+    const SpiceFunction* const function = FindSpiceFunction(name);
+    if (function == nullptr) return Fail(fmt::format("\"{}\" is no function", name));
+    if (arguments.size() < function->least || arguments.size() > function->most) {
+      return Fail(fmt::format("{} takes {} argument{}, not {}", name, function->least, function->least == 1 ? "" : "s",
                               arguments.size()));
     }
     std::vector<double> values;
     for (const LinearValue& argument : arguments) values.push_back(Constant(argument, (name + " of").c_str()));
-    const double value = built_in.function(values);
+    const double value = function->of(values);
     if (error_.ok() && !std::isfinite(value)) return Fail(fmt::format("{} has no finite value here", name));
     return {value};
   }
@@ -564,32 +407,6 @@ class ExpressionReader {
       value = name == "max" ? Sum(arguments[k], above) : Minus(value, above);
     }
     return value;
-  }
-
-  // Functions of functions of time; empty where the engine has no such function.
-  std::optional<LinearValue> CallOfTime(const std::string& name, const std::vector<LinearValue>& arguments) {
-    static const std::map<std::string, std::string> kNames = {
-        {"ln", "log"},  {"log", "log"},   {"log10", "log10"}, {"sqrt", "sqrt"}, {"abs", "abs"},   {"floor", "floor"},
-        {"sin", "sin"}, {"cos", "cos"},   {"tan", "tan"},     {"asin", "asin"}, {"acos", "acos"}, {"atan", "atan"},
-        {"exp", "exp"}, {"sinh", "sinh"}, {"cosh", "cosh"},   {"tanh", "tanh"}, {"ceil", "ceil"}, {"sgn", "sign"}};
-    if (std::any_of(arguments.begin(), arguments.end(), [](const auto& one) { return !one.factors.empty(); })) {
-      return std::nullopt;
-    }
-    const std::string first = TextOf(arguments[0]);
-    if (arguments.size() == 1) {
-      if (name == "int") return OfTime(fmt::format("sign({0})*floor(abs({0}))", first));
-      if (name == "sqr" || name == "square") return OfTime(fmt::format("{0}*{0}", first));
-      if (const auto found = kNames.find(name); found != kNames.end()) return OfTime(found->second + first);
-    }
-    if (name == "pow" && arguments.size() == 2) return OfTime(first + "**" + TextOf(arguments[1]));
-    if (name == "limit" && arguments.size() == 3) {
-      const std::string one = TextOf(arguments[1]), other = TextOf(arguments[2]);
-      return OfTime(fmt::format("max(min({1}, {2}), min({0}, max({1}, {2})))", first, one, other));
-    }
-    if (name != "min" && name != "max") return std::nullopt;
-    std::string text = name + "(" + first;
-    for (std::size_t k = 1; k < arguments.size(); ++k) text += ", " + TextOf(arguments[k]);
-    return OfTime(text + ")");
   }
 
   // Lines through points: beyond the ends constant for `table`, straight on for `pwl`, as LTspice and ngspice have it.

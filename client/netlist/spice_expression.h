@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers and expressions of SPICE decks.
+// Expressions of SPICE decks.
 //
 // The formulas of the engine (core/problem/formula.h) have neither suffixes nor functions of the user, and here a value
 // may be a linear function of voltages and currents; so this is a small grammar of its own:
@@ -18,31 +18,16 @@
 
 #include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/netlist/linear_value.h"
 #include "core/circuits/circuit.h"
 
 namespace dlcs::client {
-
-// A number with an optional suffix (t g meg k mil m u n p f, in either case; µ is u) and then letters of a unit, which
-// have no meaning: "10kOhm" is 10,000, "1F" is 1e-15. Empty where `text` is none, as "4k7", which dialects read
-// differently.
-std::optional<double> ReadSpiceNumber(std::string_view text);
-
-// constant + Σ factor · quantity + of_time, with quantities as "v(a,b)" and "i(v1)", in small letters.
-struct LinearValue {
-  double constant = 0;
-  std::map<std::string, double> factors = {};
-  std::string of_time = "";  // a formula in t (core/problem/formula.h); empty for none
-  bool is_truth = false;     // of a comparison: 0 or 1
-  // Of one comparison that is no quantity yet: what is above 0 where it is 1.
-  std::shared_ptr<const LinearValue> compared = nullptr;
-};
 
 // Makes a quantity that is `function` of `argument`, and returns its name.
 using PiecewiseMaker = std::function<std::string(const LinearValue& argument, const PiecewiseLinear& function)>;
