@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An HTTP/1.1 server: connections, TLS, requests and responses, within bounds. What it answers is up to a handler.
+// An HTTP/1.1 server: connections, TLS, requests and responses, within bounds. A handler makes the responses.
 
 #ifndef DLCS_SERVER_HTTP_HTTP_SERVER_H_
 #define DLCS_SERVER_HTTP_HTTP_SERVER_H_
@@ -49,7 +49,7 @@ using HttpHandler = std::function<boost::asio::awaitable<void>(HttpExchange&)>;
 
 struct HttpServerOptions {
   int threads = 2;
-  // The newest certificate, asked for before each handshake; no encryption if the function is empty.
+  // Returns the newest certificate; called before each handshake. No encryption if the function is empty.
   std::function<std::shared_ptr<const TlsFiles>()> tls = {};
   std::size_t max_header_bytes = 16 << 10;  // beyond: 431
   // The bodies of all requests that are being read or answered; beyond, requests are refused.
