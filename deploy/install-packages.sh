@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian packages of the given lists that are missing; says nothing when none is. In a list, "PACKAGE
-# unless COMMAND" asks for PACKAGE only where COMMAND is not found: it may come from elsewhere.
+# Installs the Debian packages of the given lists that are missing; prints nothing if none is. In a list, "PACKAGE
+# unless COMMAND" requires PACKAGE only if COMMAND is not found, since it may come from elsewhere. "@LIST" includes
+# another list.
 #
-#     deploy/install-packages.sh build        what building and running takes
+#     deploy/install-packages.sh engine       what building the engine takes
+#     deploy/install-packages.sh build        what building and running everything takes
 #     deploy/install-packages.sh build test   and the tests
 #
 # Needs root or sudo, and only when something is missing.
@@ -30,13 +32,23 @@ as_root() {
   fi
 }
 
+lines_of() { # LIST
+  local first rest
+  while read -r first rest; do
+    case $first in
+      '') ;;
+      @*) lines_of "${first#@}" ;;
+      *) echo "$first $rest" ;;
+    esac
+  done < <(sed 's/#.*//' "$lists/$1.txt")
+}
+
 missing=()
 for list in "$@"; do
   [ -f "$lists/$list.txt" ] || { echo "$0: there is no list $lists/$list.txt" >&2; exit 2; }
   while read -r package unless command; do
-    [ -n "$package" ] || continue
     is_installed "$package" || { [ "$unless" = unless ] && command -v "$command" >/dev/null; } || missing+=("$package")
-  done < <(sed 's/#.*//' "$lists/$list.txt")
+  done < <(lines_of "$list")
 done
 [ ${#missing[@]} -gt 0 ] || exit 0
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# From a bare Debian 12 to two solved systems: installs what is missing, builds a release, starts dlcsd with a store and
-# its web page, solves through it with live iterates. On a terminal the server then stays until Ctrl-C; elsewhere it is
-# stopped. A second run takes seconds. Works from any folder.
+# From a bare Debian 12 to two solved systems: installs missing packages, builds a release, starts dlcsd with a store
+# and its web page, and solves through it with live iterates. On a terminal the server then runs until Ctrl-C; elsewhere
+# it is stopped. A second run takes seconds. Works from any folder.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
@@ -11,10 +11,12 @@ build="$root/build/quickstart"
 source "$root/deploy/progress.sh"
 work=$(mktemp -d)
 server=
+packages=
 
 clean_up() {
   local code=$?
   trap - EXIT
+  [ -z "$packages" ] || wait "$packages" || true # never end apt while it installs
   if [ -n "$server" ]; then
     kill "$server" 2>/dev/null || true
     wait "$server" 2>/dev/null || true
@@ -34,10 +36,22 @@ trap 'exit 143' TERM
 
 headline() { printf '\n=== %s\n' "$*"; }
 
-build_release() {
+build_release() { # SERVICE TARGET...: ON, or OFF for the engine alone
   cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DDLCS_UNITY_BUILD=ON -DDLCS_BUILD_TESTS=OFF \
-    >"$work/cmake.log" 2>&1
-  cmake --build "$build" --target dlcs dlcsd 2>&1 | tee "$work/build.log" | show_progress
+    -DDLCS_BUILD_SERVICE="$1" >"$work/cmake.log" 2>&1
+  cmake --build "$build" --target "${@:2}" 2>&1 | tee "$work/build.log" | show_progress
+}
+
+# The engine is more than half of the build and needs few packages. The first time it is compiled while the others are
+# installed. (Later, a configuration for the engine alone would delete the compiled service.)
+install_and_build() {
+  "$root/deploy/install-packages.sh" engine
+  "$root/deploy/install-packages.sh" build >"$work/packages.log" 2>&1 &
+  packages=$!
+  [ -f "$build/build.ninja" ] || build_release OFF dlcs_core
+  wait "$packages"
+  packages=
+  build_release ON dlcs dlcsd
 }
 
 # Sets `server`, `address` and `page`. Port 0: the system picks a free one, and dlcsd prints it.
@@ -65,8 +79,7 @@ solve() { # PROBLEM OPTION...
 
 start=$SECONDS
 headline "Packages and build (the first time takes some five minutes on two cores)"
-"$root/deploy/install-packages.sh" build
-build_release
+install_and_build
 echo "Built $build/client/dlcs and $build/server/dlcsd in $((SECONDS - start)) s."
 
 start_server
