@@ -46,7 +46,7 @@ class SetupCache {
   template <class Value>
   struct Made {
     std::shared_ptr<const Value> value;
-    double bytes = 0;  // what it fills
+    double bytes = 0;  // its memory
   };
   // The value of `key`, made by `make` if there is none. A null value is returned but not kept. Exceptions of `make`
   // are passed on.

@@ -194,14 +194,15 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--lease-ms", config.lease_ms,
                  "If a server does not renew its lease for this long, others resume its jobs");
   app.add_option("--mpi-launcher", config.mpi_launcher,
-                 "Starts the processes of MPI that a job asks for, as in \"mpirun -n {ranks}\" (default: none)");
+                 "Command that starts the MPI processes of a job, as in \"mpirun -n {ranks}\" (default: none)");
   app.add_option("--mpi-program", config.mpi_program,
-                 "What the launcher starts: a path, or a name beside dlcsd or in PATH");
+                 "Program that the launcher starts: a path, or a name in the folder of dlcsd or in PATH");
   app.add_option("--mpi-host", config.mpi_host, "Name or address of this machine at which those processes reach it");
   app.add_option("--mpi-patience-ms", config.mpi_patience_ms,
-                 "If one of those processes gives no sign of life for this long, its job is resumed");
-  app.add_option("--max-ranks", config.max_ranks,
-                 "Most processes of MPI of one job; 0: one per processor, with --mpi-launcher. A front needs it");
+                 "If one of those processes sends no heartbeat for this long, its job is resumed");
+  app.add_option(
+      "--max-ranks", config.max_ranks,
+      "Largest number of MPI processes of one job; 0: one per processor, with --mpi-launcher. A front needs it");
   app.add_option("--checkpoint-ms", config.checkpoint_ms, "How often the progress of a running job is stored");
   AddJobFlags(app, config);
   app.add_option("--max-message-bytes", config.max_message_bytes, "Largest request");

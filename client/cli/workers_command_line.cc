@@ -85,7 +85,7 @@ void AddSize(CLI::App& app, WorkersCommand& command) {
            if (command.memory_bytes >= 1e8 && command.memory_bytes <= 1e14) return;
            throw CLI::ValidationError("--memory", fmt::format("{} must be between 100MB and 100TB", text));
          },
-         "Memory of each: --max-memory-bytes and --max-held-result-bytes together, and room beside (8GB)")
+         "Memory of each: --max-memory-bytes and --max-held-result-bytes together, and some reserve (8GB)")
       ->type_name("BYTES");
 }
 

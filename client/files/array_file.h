@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of arrays, told apart by their content: .npy, .npz, .mat, and binary files of PETSc.
+// Files of arrays, recognized by their content: .npy, .npz, .mat, and binary files of PETSc.
 
 #ifndef DLCS_CLIENT_FILES_ARRAY_FILE_H_
 #define DLCS_CLIENT_FILES_ARRAY_FILE_H_

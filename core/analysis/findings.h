@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an analysis says: statements with witnesses and constants with their quality, in sections.
+// The result of an analysis: statements with witnesses, and constants with their quality, in sections.
 //
 // Every part of the analysis gives one section. Sections are plain data: the wire format, the printed table and the
 // JSON output need no code for any single finding.

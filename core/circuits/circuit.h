@@ -23,31 +23,31 @@ enum class ElementKind {
   kControlledVoltage,  // voltage = transfer(value + the sum of controls)
   kControlledCurrent,  // current = transfer(value + the sum of controls)
   kDiode,              // from plus (anode) to minus (cathode)
-  kSwitch,             // closed or open, as the sum of controls says
+  kSwitch,             // closed or open, depending on the sum of controls
 };
 
-// factor times the voltage between two nodes; or times the current of an element, if it is one.
+// factor times the voltage between two nodes or, if `element` is set, times the current of that element.
 struct Control {
   double factor = 1;
   Index plus = 0, minus = 0;  // nodes
   Index element = -1;
 };
 
-// Straight lines through points, and beyond the first and last one with their slopes. Two points at one x are a jump.
+// Straight lines through points; slopes are given before the first and after the last. Two points at one x: a jump.
 struct PiecewiseLinear {
   std::vector<double> x;  // not decreasing
   std::vector<double> y;
   double slope_before = 0, slope_after = 0;
 };
 
-// Piecewise linear: no current below `forward`, then `on_resistance`, which others join at higher voltages. With a
-// breakdown the same backwards.
+// Piecewise linear: no current below `forward`, then `on_resistance`, in parallel with further ones at higher voltages.
+// With `breakdown` the same in reverse direction.
 struct DiodeModel {
   double forward = 0;        // V
   double on_resistance = 0;  // ohms, >= 0
   struct Further {
     double forward = 0;        // V
-    double on_resistance = 0;  // ohms, > 0, beside the others
+    double on_resistance = 0;  // ohms, > 0, in parallel with the others
   };
   std::vector<Further> further = {};
   double off_resistance = std::numeric_limits<double>::infinity();
@@ -61,8 +61,8 @@ struct SwitchModel {
   double hysteresis = 0;  // >= 0
   double on_resistance = 1;
   double off_resistance = std::numeric_limits<double>::infinity();
-  bool starts_closed = false;  // where the control starts between the two levels
-  bool is_transistor = false;  // whose gate only sources and comparators may drive
+  bool starts_closed = false;  // used if the control starts between the two levels
+  bool is_transistor = false;  // its gate may be driven by sources and comparators only
 };
 
 struct Element {
@@ -78,7 +78,7 @@ struct Element {
   SwitchModel switching = {};
   std::optional<DiodeModel> body_diode = {};  // across a switch, from minus to plus
   bool body_points_to_minus = false;          // from plus to minus instead
-  std::string place = {};                     // where it was read, as in "buck.cir:7"; empty if unknown
+  std::string place = {};                     // file and line, as in "buck.cir:7"; empty if unknown
 };
 
 // Inductors `first` and `second` share flux: mutual inductance value √(L1 L2), 0 < |value| <= 1.
@@ -99,8 +99,8 @@ struct Circuit {
   std::vector<Element> elements;
   std::vector<Coupling> couplings;
   double horizon = 0;  // s, > 0
-  // The start: the operating point at 0 with these node voltages; or, with `uses_initial_conditions`, what `initial` of
-  // the elements says, else the difference of given node voltages, else 0.
+  // The start: the operating point at 0 with these node voltages. With `uses_initial_conditions`: `initial` of the
+  // elements; if that is not set, the difference of given node voltages; else 0.
   std::vector<NodeVoltage> node_voltages;
   bool uses_initial_conditions = false;
   double current_limit = 1;  // > 0, times the largest currents of switches that MakeBranches() takes

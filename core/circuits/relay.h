@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pairs of what jumps between two states.
+// The pairs of switches and comparators that jump between two states.
 
 #ifndef DLCS_CORE_CIRCUITS_RELAY_H_
 #define DLCS_CORE_CIRCUITS_RELAY_H_
@@ -9,17 +9,17 @@
 
 namespace dlcs {
 
-// A switch or a comparator of a circuit that jumps from one of two states to the other one. While neither of its diodes
-// conducts it is in between: it slides, as if it switched infinitely often.
+// A switch or a comparator of a circuit that jumps between two states. While neither of its diodes conducts, it is
+// between the states: it slides, as if it switched infinitely often.
 struct Relay {
-  // A pair, and whether its diode conducts while the pair is active, or while it is not.
+  // A pair. Its diode conducts while the pair is active, or while it is not.
   struct OneWay {
     std::ptrdiff_t pair = 0;
     bool conducts_active = true;
   };
   std::string element;
   bool is_switch = false;
-  bool has_hysteresis = false;  // then it should never be in between
+  bool has_hysteresis = false;  // it should then never slide
   OneWay low, high;
 };
 

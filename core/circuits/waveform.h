@@ -37,7 +37,7 @@ struct SineWave {
 };
 
 // Straight lines through points; constant before the first and after the last. Two points at one time are a jump. With
-// `repeats_from` what follows that time, up to the last point, is repeated for ever.
+// `repeats_from` the part from that time to the last point is repeated forever.
 struct PiecewiseLinearWave {
   std::vector<double> times;  // s, not decreasing
   std::vector<double> values;
@@ -67,13 +67,13 @@ struct GateWave {
 // A formula in t (core/problem/formula.h). Its derivative is not known.
 struct FormulaWave {
   std::string text;
-  double peak = 0;  // some bound of its size, for what depends on its order of magnitude alone
+  double peak = 0;  // a rough bound of its absolute value; only the order of magnitude matters
 };
 
 using Waveform = std::variant<ConstantWave, PulseWave, SineWave, PiecewiseLinearWave, ExponentialWave,
                               FrequencyModulatedWave, GateWave, FormulaWave>;
 
-// What is wrong with the numbers of a waveform; empty if nothing is.
+// Why the numbers of a waveform are invalid; empty if they are valid.
 std::string FaultOf(const Waveform& wave);
 
 // The times in (0, horizon) at which a formula of the waveform ends: the points of a piecewise linear one, the edges of
@@ -82,11 +82,11 @@ std::vector<double> Cuts(const Waveform& wave, double horizon);
 
 // The waveform between two of its cuts as a formula in t (core/problem/formula.h); `inside` is a time there.
 std::string FormulaNear(const Waveform& wave, double inside);
-// Whether DerivativeNear() knows it.
+// Whether DerivativeNear() knows the derivative.
 bool HasDerivative(const Waveform& wave);
-// Its derivative with respect to t, without the impulses of jumps.
+// The derivative of the waveform with respect to t, without the impulses of jumps.
 std::string DerivativeNear(const Waveform& wave, double inside);
-// Whether it jumps in (0, horizon).
+// Whether the waveform jumps in (0, horizon).
 bool HasJump(const Waveform& wave, double horizon);
 
 // The limit from the right at 0.

@@ -58,7 +58,7 @@ struct DcpSolution {
 // is v between nodes, and ∫ w_i dv_i is half of w_{j-1,i} z_i on a step: first order in the step, and zero
 // where the active set does not change. Any solution is taken where LCPs have several; `unique` says whether
 // others must be expected. Errors: InvalidArgument for shapes, times, non-finite entries, q(0) not >= 0, or
-// max_step <= 0; Cancelled where `stop`, looked at every step, was requested.
+// max_step <= 0; Cancelled if `stop` is requested, which is checked at every step.
 absl::StatusOr<DcpSolution> SolveDcp(const DcpProblem& problem, double max_step, std::stop_token stop = {});
 
 // Whether DCP(q, M) has one solution for every q in D^n with q(0) >= 0.

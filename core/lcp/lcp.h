@@ -33,7 +33,7 @@ struct LcpResult {
   Selection selection = Selection::kAny;          // the rule that was followed
   IndexSets sets;                                 // of y, with kSolved
   bool only_choice = true;                        // false where several minimizers tied
-  std::optional<BasicSolutions> basic_solutions;  // where they were asked for
+  std::optional<BasicSolutions> basic_solutions;  // if they were requested
 };
 
 struct LcpRequest {
@@ -50,7 +50,7 @@ double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eig
 // rows and columns. So q = -1e-16 with M = 0 has no solution.
 // Errors: InvalidArgument, one line "field: description" for each rule broken (fields M, q, rule, selector,
 //         all_basic_solutions): shapes, non-finite entries, a rule that M does not admit, too large for all solutions;
-//         Cancelled when `stop` is requested (looked at as by Solve() of core/solve.h).
+//         Cancelled when `stop` is requested (checked as often as by Solve() of core/solve.h).
 // Cost: the classification of M and O(n³), for small matrices of no class O(2ⁿ) in the worst case.
 absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, const LcpRequest& request,
                                    const std::stop_token& stop = {});

@@ -14,7 +14,7 @@ namespace dlcs {
 
 // (4.6) of [Chen & Xiang 2013], core/analysis/PAPERS.md:
 //     x' = A x + B y + f(t),   0 <= y ⟂ (I - C) y - x >= 0,   x(0) = demand:
-// the supply y covers the demand x and what production itself uses up, C y.
+// the supply y covers the demand x and what production itself consumes, C y.
 struct InputOutputModel {
   Matrix C;       // n × n, >= 0
   Matrix A, B;    // n × n: how demand and supply make the demand grow

@@ -13,28 +13,28 @@
 
 namespace dlcs {
 
-// Outputs are functions of t, x and y, and cost little: no solution holds them. Not safe to share between threads, as
-// TimeFunctionEvaluator.
+// A Solution does not hold outputs, since they are cheap to compute from t, x and y. Not safe to share between threads,
+// like TimeFunctionEvaluator.
 class OutputEvaluator {
  public:
-  // Of a valid `problem`, which need not outlive it. Errors: those of TimeFunctionEvaluator::Create().
+  // For a valid `problem`, which need not outlive the evaluator. Errors: those of TimeFunctionEvaluator::Create().
   static absl::StatusOr<OutputEvaluator> Create(const Problem& problem);
   // The same for some of the outputs, none of them hidden.
   static absl::StatusOr<OutputEvaluator> Create(const Problem& problem, const std::vector<Index>& outputs);
 
-  Index size() const { return h_.size(); }  // with the hidden ones
+  Index size() const { return h_.size(); }  // including the hidden ones
   Index shown() const { return shown_; }
 
   // C x + D y + h(t), with the limit of h from `side`.
   Vector At(double t, Side side, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
 
-  // The same at increasing times, one in each column of `x` and `y`: at all but the last one h from the right.
+  // The same at increasing times, one for each column of `x` and `y`. h is the right limit, at the last time the left.
   Matrix Between(const Eigen::Ref<const Vector>& times, const Matrix& x, const Matrix& y);
 
-  // What they are summed from: |C| |x| + |D| |y|.
+  // The size of the terms that At() adds up: |C| |x| + |D| |y|.
   Vector TermsOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) const;
 
-  // All outputs at `column` of `solution`: the limit from the right, at T that from the left; and that from the left.
+  // All outputs at `column` of `solution`: the right limit (at T the left one), and the left limit.
   Vector AtColumn(const Solution& solution, Index column);
   Vector BeforeColumn(const Solution& solution, Index column);
 
@@ -42,8 +42,8 @@ class OutputEvaluator {
   // as in AtColumn().
   Matrix Columns(const Solution& solution, Index first, Index count);
 
-  // The times of these columns at which y, w or an output has another limit from the left, with these limits; y and w
-  // where they do not jump are those from the right.
+  // The times of these columns at which y, w or an output jumps, with the left limits. If y or w does not jump, its
+  // value is given.
   struct Limit {
     LeftLimit of_solution;
     Vector outputs;  // those that are not hidden

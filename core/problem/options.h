@@ -62,7 +62,7 @@ struct Options {
   double error_tolerance = 0;
   static constexpr double kDefaultErrorTolerance = 1e-6;
   static constexpr Index kMaxDefaultSteps = 30'000;
-  // The same for a problem with so many break points, each of which adds a step to every grid.
+  // The same for a problem with break points, each of which adds a step to every grid.
   static constexpr Index MaxDefaultSteps(std::size_t break_points) {
     return kMaxDefaultSteps / kDefaultSteps * (kDefaultSteps + static_cast<Index>(break_points));
   }
@@ -82,9 +82,9 @@ struct Options {
   // event_driven: keep dx(T)/dx(0) (Solution::flow).
   bool keep_flow = false;
 
-  // Find the periodic steady state with this period, x(0) = x(period), instead of following the solution from x0: x0 is
-  // where the search starts, and the period takes the place of T (core/periodic/periodic.h). kFindPeriod: the period is
-  // unknown too, that of an autonomous oscillation. 0: solve from x0.
+  // Find the periodic steady state with this period, x(0) = x(period), instead of following the solution from x0. The
+  // search starts from x0, and the period takes the place of T (core/periodic/periodic.h). kFindPeriod: finds the
+  // period too, of an autonomous oscillation. 0: solve from x0.
   double period = 0;
   static constexpr double kFindPeriod = -1;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Quantities that follow from a solution, and numbers that are measured from them.
+// Outputs, which are quantities computed from a solution, and measurements, which are numbers computed from outputs.
 
 #ifndef DLCS_CORE_PROBLEM_OUTPUTS_H_
 #define DLCS_CORE_PROBLEM_OUTPUTS_H_
@@ -14,7 +14,7 @@
 
 namespace dlcs {
 
-// A solve in which |z| of `output` reaches kReachedLimit of `value` is no success.
+// A solve is not a success if |z| of `output` reaches kReachedLimit times `value`.
 struct OutputLimit {
   Index output = 0;
   double value = 0;  // > 0
@@ -27,7 +27,7 @@ struct Outputs {
   StructuredMatrix C;              // p × m
   StructuredMatrix D;              // p × n
   TimeFunction h;                  // p components
-  Index hidden = 0;                // the last ones are not part of trajectories
+  Index hidden = 0;                // so many outputs at the end are not part of trajectories
   std::vector<OutputLimit> limits;
 
   Index size() const { return static_cast<Index>(names.size()); }
@@ -44,7 +44,7 @@ enum class MeasurementKind {
   kValue,    // at `at`
   kTime,     // `at` itself, a crossing
   kDelay,    // from `at` to `until`
-  kSlope,    // the derivative by time at `at`; at a kink that behind it
+  kSlope,    // the derivative with respect to time at `at`; at a kink the right derivative
   kFormula,  // of earlier measurements
 };
 
@@ -54,7 +54,7 @@ enum class CrossingDirection { kEither, kRising, kFalling };
 struct MeasurementInstant {
   static constexpr int kLast = -1;
 
-  std::optional<double> time;  // then nothing else counts
+  std::optional<double> time;  // if set, the other fields are ignored
   std::vector<Index> outputs;  // the quantity, the product of these
   double level = 0;
   CrossingDirection direction = CrossingDirection::kEither;
@@ -65,15 +65,15 @@ struct MeasurementInstant {
 struct Measurement {
   std::string name;  // unique
   MeasurementKind kind = MeasurementKind::kAverage;
-  std::vector<Index> outputs;                    // the quantity, the product of these; none for the last but kSlope
-  double begin = 0;                              // the times that are looked at, for the first six kinds
+  std::vector<Index> outputs;                    // the quantity, the product of these; not for kTime, kDelay, kFormula
+  double begin = 0;                              // [begin, end] is measured, for the first six kinds
   std::optional<double> end;                     // absent: T
   std::optional<MeasurementInstant> at = {};     // for kValue, kTime, kDelay and kSlope
   std::optional<MeasurementInstant> until = {};  // for kDelay
-  std::string formula = {};                      // for kFormula, of the names of earlier measurements
+  std::string formula = {};                      // for kFormula; its variables are names of earlier measurements
 };
 
-// Appends what is wrong with the outputs of a problem with m states and n pairs on [0, horizon]. Fields are named
+// Appends the violations of the outputs of a problem with m states and n pairs on [0, horizon]. Fields are named
 // outputs.names[1], outputs.C, outputs.D, outputs.h (as in core/problem/time_function.h), outputs.hidden,
 // outputs.limits[0].
 void CheckOutputs(const Outputs& outputs, Index m, Index n, ViolationList& list);

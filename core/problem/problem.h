@@ -28,7 +28,7 @@ enum class SolutionRule {
   kLeastNorm,           // least ‖y‖₂; M positive semidefinite, or of any class for n <= 12
   kMinimizer,           // least ‖C y - b‖₂ with `Problem::selector`; the same M
   kSparsest,            // fewest y_i > 0, then least ‖y‖₂; M a P- or Z-matrix, or of any class for n <= 12
-  kHistory,             // the one that continues what was before, from `Problem::y0` on; event_driven only
+  kHistory,             // the one that continues the solution before, from `Problem::y0` on; event_driven only
 };
 
 // What kMinimizer minimizes over all solutions: ‖C y - b‖₂, as in Example 2.1 of [Chen & Xiang]. Where

@@ -135,7 +135,7 @@ struct TrajectoryPiece {
 // The value of a Measurement.
 struct MeasurementResult {
   std::string name;
-  std::optional<double> value;  // absent where it does not occur
+  std::optional<double> value;  // absent if there is none
   std::optional<double> time;   // of the minimum, the maximum, the value; the begin of the delay
   std::string reason;           // why there is no value
 };
@@ -148,21 +148,21 @@ struct FlowRecord {
   bool grazes = false;  // a guard only touched zero at an event: the derivative holds on one side at best
 };
 
-// A periodic steady state, or how far the search for it came (core/periodic/periodic.h).
+// A periodic steady state, or the state of a search that failed (core/periodic/periodic.h).
 struct PeriodicRecord {
   double period = 0;
-  // The eigenvalues of the derivative of x(period) by x(0), the largest first: what becomes of a disturbance in one
-  // period. The solution is stable if all are inside the unit circle. Of an autonomous oscillation one is 1.
+  // The eigenvalues of the derivative of x(period) with respect to x(0), the largest first. The solution is stable if
+  // all are inside the unit circle. An autonomous oscillation always has one that is 1, which does not count.
   std::vector<std::complex<double>> multipliers;
-  // The averages over one period, exact for the polynomials of the steps. Multipliers of jumps are not in that of y.
+  // The averages over one period, exact for the polynomials of the steps; that of y without multipliers of jumps.
   Vector mean_x, mean_y, mean_w;
   double residual = std::numeric_limits<double>::quiet_NaN();  // the largest |x_i(period) - x_i(0)| / max |x_i|
-  // The largest error of a component by the residual and by the errors of one period, relative to its size: both are
-  // amplified where multipliers are near 1.
+  // The largest error of a component, relative to its size, from the residual and the errors of one period. If a
+  // multiplier is near 1, it is much larger than these.
   double error = std::numeric_limits<double>::quiet_NaN();
   Index periods = 0;            // integrated, with those that event_driven repeated
   Index newton_iterations = 0;  // accepted ones
-  double phase = 0;             // the time of the sources at which the period begins, a multiple of it
+  double phase = 0;             // the time at which the period begins, a multiple of the period
 };
 
 // How x0, f and y were propagated to N x.
@@ -189,7 +189,7 @@ struct Cost {
   double seconds_setup = 0;
   double seconds_lcp = 0;  // includes propagation in time-stepping methods, where the two cannot be separated
   double seconds_linear = 0;
-  double seconds_certificate = 0;  // where it is a stage of its own; where steps do it, it is part of theirs
+  double seconds_certificate = 0;  // if it is a separate stage; otherwise it is part of the steps
   double seconds_total = 0;
   double predicted_bytes = 0;  // of everything allocated at the same time, the trajectory included
 };
@@ -255,7 +255,7 @@ struct Solution {
   std::vector<TrajectoryPiece> pieces;  // one after the other from 0 on; with Options::keep_pieces
 
   std::vector<MeasurementResult> measurements;  // those of the problem
-  // Outputs that reached their limits, one sentence each: the solve is no success.
+  // Outputs that reached their limits, one sentence each. If there are any, the solve is not a success.
   std::vector<std::string> reached_limits;
 
   double step = 0;  // the longest step of the grid

@@ -56,10 +56,10 @@ absl::Status InvalidField(std::string field, std::string description);
 
 // The violations that `status` carries; empty where it carries none.
 std::vector<Violation> ViolationsOf(const absl::Status& status);
-// Makes `status`, which is not OK, carry `violations` instead of those that it has.
+// Replaces the violations that `status`, which is not OK, carries by `violations`.
 void AttachViolations(const std::vector<Violation>& violations, absl::Status& status);
 
-// The key of the payload that carries them, for those who make another form of it.
+// The key of the status payload that carries violations, for code that converts it.
 inline constexpr char kViolationsPayload[] = "dlcs/violations";
 
 }  // namespace dlcs

@@ -39,7 +39,7 @@ class ForwardedCall final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grp
                                               boost::asio::any_io_executor executor);
 
   // The next message of the response; absent after the last one. Then Finish() must be called. A message is read from
-  // the server only when it is asked for, so that a slow reader slows the server's stream.
+  // the server only when it is requested, so that a slow reader slows the server's stream.
   boost::asio::awaitable<std::optional<std::string>> Read();
   // Waits for the end of the call. Call it once.
   boost::asio::awaitable<grpc::Status> Finish();

@@ -200,7 +200,7 @@ void JobManager::OnStoreChange(const JobChange& change) {
         was_notified_ = true;
         break;
       case JobChange::What::kFollowed:
-        return;  // the store tells those who follow
+        return;  // the store notifies followers
       case JobChange::What::kWatched:
         if (!options_.runs_jobs) return;
         // It may start here in a moment.

@@ -329,7 +329,7 @@ std::optional<ClaimedJob> JobManager::Claim(Scheduler::Start& start) {
   if (started.id == start.id) return *std::move(claimed);
   active_.erase(start.id);
   active_[started.id] = {};
-  // Of the first, events that were told while it seemed to be ours were left out. A request to stop the other may have
+  // Events of the first job that arrived while it seemed to be ours were skipped. A request to stop the other may have
   // come before it was known to be ours.
   if (logs_.contains(start.id)) changed_jobs_.insert(start.id);
   if (cancels_ != cancels_before) changed_jobs_.insert(started.id);

@@ -77,7 +77,7 @@ struct JobManagerOptions {
   Duration lease = std::chrono::seconds(30);  // renewed every quarter of it
   Duration poll = std::chrono::seconds(1);    // interval of polling for changes that the store does not announce
   Duration probe = std::chrono::seconds(5);   // interval of checking whether the store works
-  // How often other servers are asked for transient events of jobs that are watched here.
+  // How often this server requests transient events, of jobs that are watched here, from others.
   Duration ask = std::chrono::seconds(5);
   Duration expire_every = std::chrono::seconds(60);
   Expiry expiry;
@@ -113,8 +113,8 @@ class JobManager {
                                                   const EventWatchOptions& options, std::function<void()> ready);
 
   // Starts no more jobs. Running jobs may end within `grace`; then they are stopped and released to the store with
-  // their accepted windows. Returns when no job runs. If the store does not answer it gives up after two more seconds:
-  // then the leases remain until a restart or until they expire.
+  // their accepted windows. Returns when no job runs. If the store does not answer, it stops waiting after two more
+  // seconds: then the leases remain until a restart or until they expire.
   void Drain(Duration grace);
 
   // Whether the store answers and the manager is not draining.
@@ -218,7 +218,7 @@ class JobManager {
   std::set<JobId> changed_jobs_;
   bool work_announced_ = false;
   bool was_notified_ = false;
-  std::int64_t cancels_ = 0;  // how many requests to stop a job that does not run here were heard of
+  std::int64_t cancels_ = 0;  // number of requests received to stop jobs that do not run here
   std::map<JobId, Audience> watched_elsewhere_;
   bool asks_others_ = false;  // a watch of a job that does not run here began
   std::atomic<bool> leases_released_ = false;

@@ -113,7 +113,7 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
                                                : grpc::WriteOptions());
       case Got::kLast:
         if (IsForwarded(context_)) {
-          // gRPC's in-process transport drops a message that is sent with the status before it was asked for.
+          // gRPC's in-process transport drops a message that is sent with the status before it was requested.
           writing_ = true;
           end_ = absl::OkStatus();
           return this->StartWrite(&message_, grpc::WriteOptions());

@@ -21,8 +21,8 @@
 
 namespace dlcs {
 
-// A kCompute call takes a solver as Solve does. Its work is asked to stop when the client disconnects, the deadline
-// passes or the server shuts down; in the last case the caller gets UNAVAILABLE. A kStore call always runs to its end.
+// A kCompute call takes a solver as Solve does. Its work is stopped when the client disconnects, the deadline passes or
+// the server shuts down; in the last case the caller gets UNAVAILABLE. A kStore call always runs to its end.
 //
 // Lives until both gRPC (OnDone) and the worker have released it.
 class UnaryCall final : public grpc::ServerUnaryReactor, public std::enable_shared_from_this<UnaryCall> {

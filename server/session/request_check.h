@@ -28,8 +28,8 @@ struct SessionLimits {
   std::int64_t max_dense_states = std::numeric_limits<std::int64_t>::max();
   std::int64_t max_constraints = std::numeric_limits<std::int64_t>::max();
   std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
-  // Bytes of the trajectory, (1 + m + 2n + outputs) doubles a time: at the output times where those are asked for, else
-  // at all nodes; for a nonlinear problem always at all nodes, since the engine holds them during the solve.
+  // Bytes of the trajectory, (1 + m + 2n + outputs) doubles a time: at the output times if there are any, else at all
+  // nodes; for a nonlinear problem always at all nodes, since the engine holds them during the solve.
   std::int64_t max_result_bytes = std::numeric_limits<std::int64_t>::max();
   // Bytes of a response that is not streamed.
   std::int64_t max_answer_bytes = std::numeric_limits<std::int64_t>::max();

@@ -26,8 +26,8 @@ class SetupCache;
 bool WillCompare(const Options& options);
 inline constexpr double kWorkOfComparedSolve = 1.75;
 
-// Where an attempt tells what it finds: its run (jobs::JobRun has the meaning of the functions), or the worker that has
-// the run, at the other end of a connection. Called from one thread.
+// The receiver of what an attempt finds: its run (jobs::JobRun documents the functions), or the worker that has the
+// run, at the other end of a connection. Called from one thread.
 class AttemptSink {
  public:
   virtual ~AttemptSink() = default;

@@ -33,7 +33,7 @@ class WatchView {
 
  private:
   bool progress_only_ = false;
-  std::vector<int> components_;  // as asked for
+  std::vector<int> components_;  // as requested
   jobs::EventDetail detail_;
 };
 

@@ -196,8 +196,8 @@ class JobStore {
   // call deletes at most a few hundred.
   virtual absl::StatusOr<int> Expire(const Expiry& expiry) = 0;
 
-  // From now on calls `heard` for changes by any server, soon after they were made, from a thread that should not be
-  // blocked. An empty function ends that; when Subscribe() returns no call is running. Notifications may be lost, so
+  // From now on calls `on_change` for changes by any server, soon after they were made, from a thread that should not
+  // be blocked. An empty function ends that; when Subscribe() returns no call is running. Notifications may be lost, so
   // callers must poll too. Stores without notifications never call it.
   virtual void Subscribe(std::function<void(const JobChange& change)> on_change) { static_cast<void>(on_change); }
 

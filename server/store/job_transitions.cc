@@ -49,7 +49,7 @@ void AddEvent(JobTable& table, JobRow& row, const Event& event) {
   row.job.stored_bytes += static_cast<std::int64_t>(event.payload->size());
 }
 
-// The job enters `state`, and an event with the next number says so.
+// The job enters `state`, and an event with the next number reports it.
 void EnterState(JobTable& table, JobRow& row, JobState state) {
   row.job.state = state;
   AddEvent(table, row,
@@ -123,7 +123,7 @@ std::optional<ClaimedJob> ClaimShard(JobTable& table, JobRow row, const std::str
 void AddChunk(JobTable& table, JobRow& row, const Chunk& chunk) {
   if (!table.AddChunk(row.number, chunk)) return;
   row.job.chunks = chunk.number + 1;
-  row.job.attempts = 1;  // it got on
+  row.job.attempts = 1;  // it made progress
   row.job.stored_bytes += static_cast<std::int64_t>(chunk.data.size());
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both databases are asked about uploaded problems in the same words.
+// SQL about uploaded problems that is the same for both databases.
 
 #ifndef DLCS_SERVER_STORE_PROBLEM_SQL_H_
 #define DLCS_SERVER_STORE_PROBLEM_SQL_H_

@@ -214,7 +214,7 @@ EnsembleMember MemberFromProto(const v1::EnsembleMember& member, const v1::Probl
   EnsembleMember result;
   // As declared; negative numbers are refused with the problem.
   const Index m = DeclaredRows(base.a()), n = DeclaredRows(base.m());
-  std::vector<Violation> of_base;  // told with the problem
+  std::vector<Violation> of_base;  // reported with the problem
   FormulaParameters parameters = ParametersFromProto(base.parameters(), "parameters", of_base);
   if (!member.parameters().empty()) {
     const FormulaParameters before = parameters;

@@ -31,7 +31,7 @@ extern char** environ;
 namespace dlcs::client {
 namespace {
 
-// More curves in one panel, or points in one curve, cannot be told apart.
+// More curves in one panel, or points in one curve, cannot be distinguished.
 constexpr std::size_t kMaxCurves = 12;
 constexpr int kMaxRows = 20'000;
 constexpr int kMaxSwitchingTimes = 200;

@@ -94,7 +94,7 @@ std::string JobManifest(const WorkersCommand& command) {
       command.time_limit_s > 0 ? fmt::format("  activeDeadlineSeconds: {:.0f}\n", std::ceil(command.time_limit_s)) : "";
   return fmt::format(
       R"(# SPDX-License-Identifier: Apache-2.0
-# Solves jobs until there are none to claim. Killed, its jobs go on elsewhere from where they were last stored.
+# Solves jobs until there are none to claim. If it is killed, other workers resume its jobs from the last checkpoint.
 apiVersion: batch/v1
 kind: Job
 metadata:
@@ -145,8 +145,8 @@ std::string KubernetesManifest(const WorkersCommand& command) {
   const bool scales = command.most > command.count;
   std::string text = fmt::format(
       R"(# SPDX-License-Identifier: Apache-2.0
-# Solves jobs: claims them from the store, and gives them back when it is stopped. Killed, its jobs go on elsewhere from
-# where they were last stored. Written by `dlcs workers kubernetes`.
+# Solves jobs: claims them from the store, and releases them when it is stopped. If it is killed, other workers resume
+# its jobs from the last checkpoint. Written by `dlcs workers kubernetes`.
 apiVersion: apps/v1
 kind: Deployment
 metadata:

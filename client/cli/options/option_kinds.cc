@@ -24,7 +24,7 @@ std::optional<double> ParseNumber(const std::string& text) {
   return value;
 }
 
-// A number above 0 with one of `units`, which `words` tells; the first is none.
+// A number above 0 with one of `units`, which `words` lists; the first is none.
 double ParseWithUnit(const std::string& text, std::span<const std::pair<const char*, double>> units, const char* words,
                      const std::string& option) {
   const std::string above = fmt::format("above 0, {}", words);

@@ -94,8 +94,8 @@ constexpr SolveOption kTable[] = {
      .flag = "--periodic",
      .kind = kPeriod,
      .value = "PERIOD|auto",
-     .help = "Find the periodic steady state, x(0) = x(PERIOD), and show one period of it; auto finds the period of an "
-             "oscillation without time-dependent sources, which the solution from x0 comes near to by T",
+     .help = "Find the periodic steady state, x(0) = x(PERIOD), and show one period of it; auto also finds the period, "
+             "of an oscillation without time-dependent sources, if the solution from x0 comes near it before T",
      .group = kEveryday,
      .linear_only = true},
     {.field = "estimate_error",
@@ -150,7 +150,7 @@ constexpr SolveOption kTable[] = {
      .flag = "--ranks",
      .kind = kNumber,
      .value = "N",
-     .help = "For a job: solve on N processes of MPI, where the server has a launcher; the bits depend on N",
+     .help = "For a job: solve on N MPI processes, if the server has a launcher; the bits depend on N",
      .rule = Whole("a whole number of at least 0", 0, kMaxInt32)},
     {.field = "theta",
      .flag = "--theta",

@@ -45,7 +45,7 @@ void Ticker::Run(const std::stop_token& stop) {
     changed_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); });
     if (stop.stop_requested()) return;
     lock.unlock();
-    // One column stays free: in some terminals a full line goes on in the next one.
+    // One column stays free: some terminals continue a full line on the next one.
     const int width = std::max(WidthOf(out_, width_) - 1, 1);
     const std::string text = draw_(width);
     lock.lock();

@@ -192,7 +192,7 @@ std::string SolvePanel::BarLine(std::size_t width, double seconds) {
   // All of it is done where nothing is left to do: 99.9 % are 99.
   std::string line = fmt::format("[{}{}] {:3.0f} %  {:.1f} s", std::string(full, '#'), std::string(letters - full, '.'),
                                  std::floor(100 * done), seconds);
-  // Who begins to watch a job late is told at once what happened before: only what is done from then on takes time.
+  // Earlier events of a job that is watched late arrive at once; only later ones take time.
   if (first_seconds_ < 0) first_seconds_ = seconds, first_done_ = done;
   const double watched = seconds - first_seconds_, progress = done - first_done_;
   if (watched > kSecondsBeforeGuess && progress > kDoneBeforeGuess && done < 1 && passes_ == 1 && !tries_steps) {
@@ -220,7 +220,7 @@ std::string SolvePanel::Phase() const {
   return analyzed_ ? "setting up" : "analyzing";
 }
 
-// Each fact goes on the line while there is room, and begins the next one otherwise.
+// Each fact is put on the line if there is room, otherwise on the next one.
 std::string SolvePanel::FactLines(std::size_t width, RateMeter::Clock::time_point now) {
   const bool tries_steps = analyzed_ && analysis_.steps() == 0 && analysis_.method() != v1::METHOD_EVENT_DRIVEN;
   std::vector<std::string> facts;

@@ -19,7 +19,7 @@ struct BasicSolution {
   Vector y, w;
   IndexSets sets;
   std::vector<Index> basis;  // the first such S
-  Index num_bases = 1;       // how many S give this y: more than one where it is degenerate
+  Index num_bases = 1;       // how many S give this y: more than one if y is degenerate
 };
 
 // Solutions whose S has a singular M_SS: the polyhedron { y_S >= 0, y = 0 elsewhere, w_S = 0, w >= 0 }.

@@ -16,29 +16,28 @@
 
 namespace dlcs::jobs {
 
-// A thread that notifies after the commit of what it tells. PostgreSQL lets only one transaction at a time commit that
-// has notified, its flush included; one that has done nothing else needs no flush. And every server hears every
-// notification, so there are few: at most one statement every 20 ms, in which "there are jobs to claim" is said once,
-// and events are told of jobs only that some server follows.
-//
-// Lost are: what a server had not told when it was killed, or could not tell because the database did not answer; and
-// what others do not hear while they connect. Then others see a change when they poll, JobManagerOptions::poll (1 s)
-// later; a cancellation when the lease is renewed (a quarter of it, 7.5 s).
+// A thread that sends notifications after the commit of a change. PostgreSQL commits notifying transactions one at a
+// time, their flush included; a transaction that only notifies needs no flush. Every server receives every
+// notification, so there are few: at most one statement every 20 ms, which announces claimable jobs once, and events
+// only of jobs that some server follows.
+// Notifications are lost if the server is killed before it sends them, if the database does not answer, and for servers
+// that are just connecting. Then the others see a change when they poll, JobManagerOptions::poll (1 s) later; a
+// cancellation when the lease is renewed (a quarter of it, 7.5 s).
 //
 // Safe from any thread.
 class PostgresAnnouncer {
  public:
   // `database` must outlive it.
   explicit PostgresAnnouncer(PostgresDatabase& database);
-  // What is left is told, where the database works.
+  // Sends what is left, if the database works.
   ~PostgresAnnouncer();
   PostgresAnnouncer(const PostgresAnnouncer&) = delete;
   PostgresAnnouncer& operator=(const PostgresAnnouncer&) = delete;
 
   // `what` is kClaimable, kEvents or kCancelling, and is committed. Does not block.
   void Announce(JobChange::What what, const JobId& job);
-  // Some server follows the job: its events are told for the next 15 s at least. Those of the last seconds are told
-  // now, since it may have read the job before they were stored.
+  // Some server follows the job: its events are announced for the next 15 s at least. Those of the last seconds are
+  // announced now, since that server may have read the job before they were stored.
   void OnFollowed(const JobId& job);
 
  private:

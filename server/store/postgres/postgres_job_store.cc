@@ -165,7 +165,7 @@ void PostgresJobStore::Publish(const JobChange& change) {
     }
     return absl::OkStatus();
   });
-  told.IgnoreError();  // healthy() tells
+  told.IgnoreError();  // healthy() reports it
 }
 
 absl::Status PostgresJobStore::Probe() {

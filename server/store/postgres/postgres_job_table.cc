@@ -82,7 +82,7 @@ std::vector<JobRow> ReadJobs(const PostgresRows& rows) {
 }
 
 std::optional<JobRow> PostgresJobTable::Find(const JobId& id) {
-  if (!IsJobId(id)) return std::nullopt;  // any bytes may be asked for, and TEXT is not any bytes
+  if (!IsJobId(id)) return std::nullopt;  // callers may send any bytes, which TEXT cannot hold
   return First(connection_.Run("SELECT " DLCS_POSTGRES_JOB_COLUMNS "FROM jobs WHERE id = $1", id));
 }
 

@@ -110,7 +110,7 @@ std::optional<JobChange> NoticeReader::ReadPart(const JobId& job, const std::str
     parts_ = 0;
     text_.clear();
   }
-  if (job != job_ || number != parts_) return std::nullopt;  // the first ones were not heard
+  if (job != job_ || number != parts_) return std::nullopt;  // the first parts were not received
   ++parts_;
   text_ += fields[2];
   if (parts_ < count) return std::nullopt;

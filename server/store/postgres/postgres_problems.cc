@@ -20,7 +20,7 @@ StoredProblem ReadProblemRow(const PostgresRows& rows, int row) {
 
 absl::StatusOr<StoredProblem> FindProblem(PostgresConnection& connection, const std::string& owner,
                                           const ProblemId& id) {
-  if (!IsProblemId(id)) return NoSuchProblem(id);  // any bytes may be asked for, and TEXT is not any bytes
+  if (!IsProblemId(id)) return NoSuchProblem(id);  // callers may send any bytes, which TEXT cannot hold
   const PostgresRows rows =
       connection.Run("SELECT " DLCS_PROBLEM_COLUMNS " FROM problems WHERE owner = $1 AND id = $2", owner, id);
   if (rows.empty()) return NoSuchProblem(id);

@@ -165,7 +165,7 @@ DROP INDEX jobs_finished;
 CREATE INDEX jobs_finished ON jobs (finished, number) WHERE finished IS NOT NULL;
 )sql";
 
-// Of programs before version 4, changes are heard of with the next poll from version 5 on.
+// From version 5 on, changes by programs before version 4 are noticed with the next poll.
 constexpr std::array<PostgresMigration, 5> kSteps{
     {{kVersion1}, {kVersion2}, {kVersion3}, {kVersion4, true}, {kVersion5, true}}};
 

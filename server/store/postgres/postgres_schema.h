@@ -21,7 +21,7 @@ inline constexpr char kPostgresCancelling = 'c';
 // A step from one version to the next.
 struct PostgresMigration {
   const char* script;
-  // Servers that know the version before, but not this one, may go on: it takes nothing away that they need.
+  // Servers that know only the version before can continue: the step removes nothing that they need.
   bool bears_older_servers = false;
 };
 
@@ -30,11 +30,11 @@ std::span<const PostgresMigration> PostgresMigrations();
 
 enum class IfMissing { kCreate, kFail };
 
-// Brings the schema at the head of the search path to the version of the last step, or leaves it at a later one that
-// bears this program. Each step has a transaction of its own under a lock shared by all servers: the first one
-// migrates, the others wait. In dlcs_schema, `done` is the version, and `version` the one that a program must know: it
-// stays where a step bears older servers, unless the database is new. Errors: FAILED_PRECONDITION for a database that
-// needs a newer program. Throws PostgresError; 42P01 if there are no tables and they must not be created.
+// Brings the schema at the head of the search path to the version of the last step, or leaves it at a later version
+// that this program can use. Each step has a transaction of its own under a lock shared by all servers: the first one
+// migrates, the others wait. In dlcs_schema, `done` is the version, and `version` the one that a program must know: a
+// step that older servers can use does not change it, unless the database is new. Errors: FAILED_PRECONDITION for a
+// database that needs a newer program. Throws PostgresError; 42P01 if there are no tables and they must not be created.
 absl::Status Migrate(PostgresConnection& connection, std::span<const PostgresMigration> steps, IfMissing if_missing);
 
 }  // namespace dlcs::jobs
