@@ -12,6 +12,7 @@
 #include "core/discretization/step_sources.h"
 #include "core/lcp/basis/tolerance.h"
 #include "core/lcp/lcp.h"
+#include "core/lcp/structured/sparse_solver.h"
 #include "core/problem/mass_matrix.h"
 
 namespace dlcs {
@@ -100,12 +101,32 @@ Matrix DerivativeOf(const Problem& problem, const Jump& jump) {
   return identity + SolveMass(problem, problem.B * p);
 }
 
+// The solver of LCP(q, M). Where M is large and sparse it makes no n × n matrix, if one for `choice` does without.
+std::unique_ptr<LcpSolver> SolverFor(const Problem& problem, const SolutionChoice& choice) {
+  constexpr Index kLarge = 1000;
+  if (const SparseMatrix* const sparse = problem.M.sparse(); sparse && sparse->rows() > kLarge) {
+    if (auto solver = MakeSparseLcpSolver(*sparse, choice)) return solver;
+  }
+  return MakeLcpSolver(problem.M, choice);
+}
+
+// Whether LCP(q, M) has a solution, for a positive semidefinite M.
+LcpStatus HasSolution(const SolveContext& context, const Vector& q, const Vector& tolerance) {
+  if (context.matrix_class.zero) {
+    if (!q.allFinite()) return LcpStatus::kNonFinite;
+    return (q.array() >= -tolerance.array()).all() ? LcpStatus::kSolved : LcpStatus::kInfeasible;
+  }
+  Basis basis(q.size(), 0);
+  Vector y = Vector::Zero(q.size());
+  return MakeLcpSolver(context.problem.M, Selection::kAny)->Solve(q, tolerance, basis, y);
+}
+
 // The selected solution of LCP(q, M); zero where there is none.
 LcpStatus Select(SolveContext& context, const Vector& q, const Vector& tolerance, Eigen::Ref<Vector> y) {
   const Problem& problem = context.problem;
   Basis basis(problem.num_constraints(), 0);
   ++context.solution.cost.lcps;
-  const LcpStatus verdict = MakeLcpSolver(problem.M, context.choice())->Solve(q, tolerance, basis, y);
+  const LcpStatus verdict = SolverFor(problem, context.choice())->Solve(q, tolerance, basis, y);
   if (verdict != LcpStatus::kSolved) y.setZero();
   return verdict;
 }
@@ -129,11 +150,9 @@ std::string WorstEntry(const Vector& q) {
 bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
                    Eigen::Ref<Vector> y, bool& y_is_solution) {
   const Problem& problem = context.problem;
-  const Index n = problem.num_constraints();
   Vector q = problem.N * x + g;
   RaiseRowSize(context, g, x, y);
   const Vector tolerance = (time == 0 ? kLcpTolerance : kToleranceBehindSteps) * context.row_size;
-  Basis basis(n, 0);
   y.setZero();
   y_is_solution = false;
 
@@ -151,9 +170,9 @@ bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Ve
   }
 
   if (!context.matrix_class.positive_semidefinite.yes()) return true;
-  const LcpStatus verdict = MakeLcpSolver(problem.M, Selection::kAny)->Solve(q, tolerance, basis, y);
+  // Of several solutions only the coupled step knows the one that continues, so y stays zero.
+  const LcpStatus verdict = HasSolution(context, q, tolerance);
   ++context.solution.cost.lcps;
-  y.setZero();  // of several solutions only the coupled step knows the one that continues
   if (verdict == LcpStatus::kSolved) return true;
   if (verdict == LcpStatus::kNonFinite) return FailLcp(context, verdict, time, "LCP(N x + g, M)");
 

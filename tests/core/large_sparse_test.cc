@@ -6,6 +6,8 @@
 
 #include <complex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/linalg/norms.h"
 #include "core/linalg/sparse_factor.h"
@@ -55,6 +57,51 @@ TEST(LargeSparseTest, GoesOnFromRunToRun) {
   options.propagator = PropagatorKind::kDense;
   const Solution dense = SolveToEnd(WithDenseMatrices(problem), options);
   EXPECT_LE(MaxAbs(contours.x - dense.x), 1e-11 * MaxAbs(dense.x));
+}
+
+// The class of M and y at the start are found from its entries, and are those of the dense matrix.
+TEST(LargeSparseTest, TakesManyPairsAsADenseMatrixOfThem) {
+  constexpr Index kPairs = 1200;
+  const auto banded = [](double diagonal, double beside, double beyond) {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int i = 0; i < kPairs; ++i) {
+      entries.emplace_back(i, i, diagonal);
+      for (const auto& [offset, value] : {std::pair(1, beside), std::pair(30, beyond)}) {
+        if (i + offset >= kPairs || value == 0) continue;
+        entries.emplace_back(i, i + offset, value);
+        entries.emplace_back(i + offset, i, value);
+      }
+    }
+    SparseMatrix matrix(kPairs, kPairs);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    return matrix;
+  };
+  Problem problem;
+  problem.A = banded(-4, 1, 1);
+  problem.B = problem.N = banded(1, 0, 0);
+  problem.M = banded(5, -1, -1);
+  problem.f = TimeFunction::Zero(kPairs);
+  problem.g = TimeFunction::Constant(Vector::LinSpaced(kPairs, -1, 1));
+  problem.x0 = Vector::LinSpaced(kPairs, -0.3, 0.5);
+  problem.horizon = 1;
+  Options options = With(Method::kTimeStepping, PropagatorKind::kIterativeStepping);
+  options.num_steps = 4;
+  options.estimate_error = false;
+  const Solution sparse = SolveToEnd(problem, options);
+  problem.M = problem.M.Dense();
+  const Solution dense = SolveToEnd(problem, options);
+  ASSERT_GT(MaxAbs(dense.y.col(0)), 0.1);
+  EXPECT_LE(MaxAbs(sparse.y - dense.y), 1e-11 * MaxAbs(dense.y));
+  EXPECT_LE(MaxAbs(sparse.x - dense.x), 1e-11 * MaxAbs(dense.x));
+  EXPECT_LE(sparse.certificate.node_residual, 1e-11 * sparse.certificate.lcp_scale);
+
+  // M = 0, where the state must be consistent.
+  problem.M = SparseMatrix(kPairs, kPairs);
+  problem.x0 = Vector::LinSpaced(kPairs, 1, 0);
+  problem.g = TimeFunction::Constant(Vector::Zero(kPairs));
+  EXPECT_EQ(SolveToEnd(problem, options).termination, Termination::kReachedEnd);
+  problem.x0[kPairs / 2] = -1;
+  EXPECT_EQ(SolveWith(problem, options).termination, Termination::kInconsistentState);
 }
 
 // The fill of the factors and the number of steps decide between contours and steps with sparse factors.
