@@ -31,6 +31,7 @@ SetupKey& SetupKey::Add(const SparseMatrix& matrix) {
 SetupKey& SetupKey::Add(const StructuredMatrix& matrix) {
   if (matrix.is_dense()) return Add(Index{0}).Add(matrix.Dense());
   if (matrix.sparse()) return Add(Index{1}).Add(*matrix.sparse());
+  if (matrix.linear_operator()) return Add(Index{3}).Add(matrix.rows()).Add(matrix.cols()).Add(matrix.nonzeros());
   Add(Index{2}).Add(static_cast<Index>(matrix.kronecker_sum()->factors.size()));
   for (const SparseMatrix& factor : matrix.kronecker_sum()->factors) Add(factor);
   return *this;

@@ -27,6 +27,7 @@ class SetupKey {
   SetupKey& Add(Index number) { return AddBytes(&number, sizeof number); }
   SetupKey& Add(const Matrix& matrix);
   SetupKey& Add(const SparseMatrix& matrix);
+  // Of a matrix known by its products only, shape and number of entries: do not look up what depends on its values.
   SetupKey& Add(const StructuredMatrix& matrix);
   const std::string& bytes() const { return bytes_; }
 

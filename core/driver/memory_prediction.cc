@@ -17,15 +17,27 @@ constexpr double kMatricesOfAStep = 12;      // of size m × m, with the work sp
 constexpr double kColumnsOfARun = 8;         // for each node: y, q, g, the free motion, ...
 constexpr double kMaxKernelDoubles = 8.4e7;  // blocks and their transforms, as core/laplace/kernel.h bounds them
 
+// The entries of a matrix as a sparse one, without making it.
+double EntriesOf(const StructuredMatrix& matrix) {
+  if (matrix.is_dense()) return static_cast<double>((matrix.Dense().array() != 0).count());
+  const KroneckerSum* const sum = matrix.kronecker_sum();
+  if (!sum) return static_cast<double>(matrix.nonzeros());
+  double entries = static_cast<double>(matrix.rows());
+  for (const SparseMatrix& factor : sum->factors) {
+    const auto off_diagonal = static_cast<double>(factor.nonZeros() - factor.rows());
+    entries += std::max(off_diagonal, 0.0) * static_cast<double>(matrix.rows() / factor.rows());
+  }
+  return entries;
+}
+
 // I - hA beside a copy of A while it is made, the levels of multigrid, and vectors.
 double IterativeStepBytes(const Problem& problem) {
   constexpr double kBytesOfAnEntry = 110, kVectors = 16;
-  const SparseMatrix A = problem.A.Sparse();
-  const bool is_symmetric = problem.A.kronecker_sum() != nullptr || IsSymmetric(A);
+  const bool is_symmetric = problem.A.kronecker_sum() || (problem.A.sparse() && IsSymmetric(*problem.A.sparse()));
   const double vectors = kVectors + (is_symmetric ? 0.0 : 2.0 * MultigridSolver::kRestart);
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
-  const double entries =
-      static_cast<double>(A.nonZeros() + problem.B.nonzeros() + problem.N.nonzeros() + problem.M.nonzeros());
+  double entries = 0;
+  for (const StructuredMatrix* matrix : {&problem.A, &problem.B, &problem.N, &problem.M}) entries += EntriesOf(*matrix);
   return entries * kBytesOfAnEntry + (m + n) * vectors * kNumber;
 }
 

@@ -146,6 +146,10 @@ SparseMatrix KroneckerSum::Assemble() const {
   return assembled;
 }
 
+SparseMatrix LinearOperator::Entries() const {
+  throw std::logic_error("a matrix known by its products only has no entries");
+}
+
 struct StructuredMatrix::Expansion {
   std::once_flag made, searched;
   Matrix dense;
@@ -163,7 +167,13 @@ StructuredMatrix::StructuredMatrix(SparseMatrix sparse)
 StructuredMatrix::StructuredMatrix(std::shared_ptr<const LinearOperator> linear_operator)
     : value_(std::move(linear_operator)),
       rows_(std::get<Operator>(value_)->rows()),
-      cols_(std::get<Operator>(value_)->cols()) {}
+      cols_(std::get<Operator>(value_)->cols()),
+      expansion_(std::make_shared<Expansion>()) {}
+
+const LinearOperator* StructuredMatrix::linear_operator() const {
+  const Operator* const held = std::get_if<Operator>(&value_);
+  return held ? held->get() : nullptr;
+}
 
 StructuredMatrix::StructuredMatrix(KroneckerSum sum)
     : value_(std::move(sum)), rows_(kronecker_sum()->size()), cols_(rows_), expansion_(std::make_shared<Expansion>()) {}
@@ -182,7 +192,7 @@ Index StructuredMatrix::nonzeros() const {
 
 std::string StructuredMatrix::Describe() const {
   if (is_dense()) return "dense " + ShapeText(rows(), cols());
-  if (!sparse() && !kronecker_sum()) return "operator " + ShapeText(rows(), cols());
+  if (linear_operator()) return "operator " + ShapeText(rows(), cols());
   if (sparse()) return "sparse " + ShapeText(rows(), cols()) + " (" + std::to_string(nonzeros()) + " nonzeros)";
   std::string text = "Kronecker sum of ";
   for (const SparseMatrix& factor : kronecker_sum()->factors) {
@@ -202,9 +212,7 @@ SparseMatrix StructuredMatrix::Sparse() const {
   return std::visit(Overloaded{[](const Matrix& dense) { return SparseMatrix(dense.sparseView(0, 0)); },
                                [](const SparseMatrix& sparse) { return sparse; },
                                [](const KroneckerSum& sum) { return sum.Assemble(); },
-                               [](const Operator&) -> SparseMatrix {
-                                 throw std::logic_error("a matrix known by its products only has no entries");
-                               }},
+                               [](const Operator& product) { return product->Entries(); }},
                     value_);
 }
 

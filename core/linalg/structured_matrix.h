@@ -39,6 +39,8 @@ class LinearOperator {
   virtual void Multiply(const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) const = 0;
   // |this| v for v >= 0
   virtual Vector AbsTimes(const Eigen::Ref<const Vector>& v) const = 0;
+  // All entries. Throws std::logic_error where they are not known.
+  virtual SparseMatrix Entries() const;
 };
 
 // Products use the structure; Dense() gives it up. Conversion from and to a dense Matrix is implicit, so that code for
@@ -51,7 +53,7 @@ class StructuredMatrix {
   StructuredMatrix(Matrix dense);
   StructuredMatrix(SparseMatrix sparse);
   StructuredMatrix(KroneckerSum sum);
-  // Has no Dense(), no Sparse(), and no MaxAbs().
+  // Dense(), Sparse() and MaxAbs() need its Entries().
   StructuredMatrix(std::shared_ptr<const LinearOperator> linear_operator);
   template <class Derived>
   StructuredMatrix(const Eigen::MatrixBase<Derived>& dense) : StructuredMatrix(Matrix(dense)) {}
@@ -66,6 +68,7 @@ class StructuredMatrix {
   bool is_dense() const { return std::holds_alternative<Matrix>(value_); }
   const SparseMatrix* sparse() const { return std::get_if<SparseMatrix>(&value_); }  // null where it is none
   const KroneckerSum* kronecker_sum() const { return std::get_if<KroneckerSum>(&value_); }
+  const LinearOperator* linear_operator() const;
 
   // The most entries that Dense() may create: 512 MB.
   static constexpr Index kMaxDenseEntries = Index{1} << 26;

@@ -11,11 +11,19 @@
 namespace dlcs {
 namespace {
 
+// Whether `row` B is not zero up to rounding, of which `bound` |B| has one part.
+template <class AnyMatrix>
+bool ReachesPairs(const Eigen::RowVectorXd& row, const Eigen::RowVectorXd& bound, const AnyMatrix& B,
+                  const AnyMatrix& abs_B, int k) {
+  const double rounding = 16 * std::numeric_limits<double>::epsilon() * static_cast<double>(row.size());
+  const Eigen::RowVectorXd on_y = row * B, bound_on_y = bound * abs_B;
+  return (on_y.array().abs() > rounding * k * bound_on_y.array()).any();
+}
+
 // The degree of one row of N, by N_i A^{k-1} and its bound |N_i| |A|^{k-1}, both up to the same factor.
 template <class AnyMatrix>
 std::optional<int> DegreeOf(const AnyMatrix& A, const AnyMatrix& abs_A, const AnyMatrix& B, const AnyMatrix& abs_B,
                             Eigen::RowVectorXd row) {
-  const double rounding = 16 * std::numeric_limits<double>::epsilon() * static_cast<double>(A.rows());
   Eigen::RowVectorXd bound = row.cwiseAbs();
   for (int k = 1; k <= A.rows(); ++k) {
     LookForStop();
@@ -24,8 +32,7 @@ std::optional<int> DegreeOf(const AnyMatrix& A, const AnyMatrix& abs_A, const An
     const double factor = std::exp2(-std::ilogb(largest));  // keeps high powers within range
     row *= factor;
     bound *= factor;
-    const Eigen::RowVectorXd on_y = row * B, bound_on_y = bound * abs_B;
-    if ((on_y.array().abs() > rounding * k * bound_on_y.array()).any()) return k;
+    if (ReachesPairs(row, bound, B, abs_B, k)) return k;
     row = (row * A).eval();
     bound = (bound * abs_A).eval();
   }
@@ -46,14 +53,23 @@ std::vector<std::optional<int>> RelativeDegrees(const Matrix& A, const Matrix& B
 std::vector<std::optional<int>> RelativeDegrees(const StructuredMatrix& A, const StructuredMatrix& B,
                                                 const StructuredMatrix& N, const StructuredMatrix& M) {
   if (A.is_dense() || A.rows() <= 64) return RelativeDegrees(A.Dense(), B.Dense(), N.Dense(), M.Dense());
-  const SparseMatrix sparse_A = A.Sparse(), sparse_B = B.Sparse();
-  const SparseMatrix abs_A = sparse_A.cwiseAbs(), abs_B = sparse_B.cwiseAbs();
+  const SparseMatrix sparse_B = B.Sparse(), abs_B = sparse_B.cwiseAbs();
+  SparseMatrix sparse_A, abs_A;  // most rows do without
   const SparseMatrix rows_of_N = N.Sparse().transpose(), rows_of_M = M.Sparse().transpose();
   std::vector<std::optional<int>> degrees(static_cast<std::size_t>(N.rows()));
   for (Index i = 0; i < N.rows(); ++i) {
-    const bool is_zero = MaxAbs(Vector(rows_of_M.col(i))) == 0;
-    degrees[static_cast<std::size_t>(i)] =
-        is_zero ? DegreeOf(sparse_A, abs_A, sparse_B, abs_B, Vector(rows_of_N.col(i)).transpose()) : 0;
+    std::optional<int>& degree = degrees[static_cast<std::size_t>(i)];
+    degree = 0;
+    if (MaxAbs(Vector(rows_of_M.col(i))) != 0) continue;
+    LookForStop();
+    const Eigen::RowVectorXd row = Vector(rows_of_N.col(i)).transpose();
+    degree = 1;
+    if (ReachesPairs<SparseMatrix>(row, row.cwiseAbs(), sparse_B, abs_B, 1)) continue;
+    if (abs_A.rows() == 0) {
+      sparse_A = A.Sparse();
+      abs_A = sparse_A.cwiseAbs();
+    }
+    degree = DegreeOf(sparse_A, abs_A, sparse_B, abs_B, row);
   }
   return degrees;
 }

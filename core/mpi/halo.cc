@@ -2,16 +2,15 @@
 #include "core/mpi/halo.h"
 
 #include <algorithm>
-#include <tuple>
+#include <utility>
 
 namespace dlcs {
 namespace {
 
-std::vector<Index> OutsideColumns(const RowMajorMatrix& whole, const Ownership& rows, const Ownership& columns,
-                                  int rank) {
+std::vector<Index> OutsideColumns(const RowMajorMatrix& rows, const Ownership& columns, int rank) {
   std::vector<Index> outside;
-  for (const Index row : rows.rows(rank)) {
-    for (RowMajorMatrix::InnerIterator entry(whole, row); entry; ++entry) {
+  for (Index i = 0; i < rows.rows(); ++i) {
+    for (RowMajorMatrix::InnerIterator entry(rows, i); entry; ++entry) {
       if (columns.owner(entry.col()) != rank) outside.push_back(entry.col());
     }
   }
@@ -21,8 +20,7 @@ std::vector<Index> OutsideColumns(const RowMajorMatrix& whole, const Ownership& 
 }  // namespace
 
 Halo::Halo(std::vector<Index> wanted, const Ownership& columns, MpiTeam& team) : team_(team) {
-  const auto place = [&](Index unknown) { return std::tuple(columns.owner(unknown), columns.local(unknown)); };
-  std::sort(wanted.begin(), wanted.end(), [&](Index a, Index b) { return place(a) < place(b); });
+  std::sort(wanted.begin(), wanted.end(), [&](Index a, Index b) { return columns.number(a) < columns.number(b); });
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   unknowns_ = std::move(wanted);
 
@@ -56,9 +54,8 @@ Halo::Halo(std::vector<Index> wanted, const Ownership& columns, MpiTeam& team) :
 }
 
 Index Halo::PlaceOf(Index unknown, const Ownership& columns) const {
-  const auto place = [&](Index i) { return std::tuple(columns.owner(i), columns.local(i)); };
   const auto found = std::lower_bound(unknowns_.begin(), unknowns_.end(), unknown,
-                                      [&](Index a, Index b) { return place(a) < place(b); });
+                                      [&](Index a, Index b) { return columns.number(a) < columns.number(b); });
   return found - unknowns_.begin();
 }
 
@@ -83,28 +80,41 @@ void Halo::Exchange(const Eigen::Ref<const Matrix>& own, Matrix& outside) const 
   }
 }
 
-DistributedRows::DistributedRows(const RowMajorMatrix& whole, const Ownership& rows, const Ownership& columns,
-                                 MpiTeam& team)
-    : halo(OutsideColumns(whole, rows, columns, team.rank()), columns, team) {
+DistributedRows::DistributedRows(const RowMajorMatrix& rows, const Ownership& columns, MpiTeam& team)
+    : halo(OutsideColumns(rows, columns, team.rank()), columns, team) {
   const int rank = team.rank();
-  const std::vector<Index>& own_rows = rows.rows(rank);
-  std::vector<Eigen::Triplet<double>> of_own, of_outside;
-  for (std::size_t i = 0; i < own_rows.size(); ++i) {
-    for (RowMajorMatrix::InnerIterator entry(whole, own_rows[i]); entry; ++entry) {
-      const bool is_own = columns.owner(entry.col()) == rank;
-      const Index column = is_own ? columns.local(entry.col()) : halo.PlaceOf(entry.col(), columns);
-      (is_own ? of_own : of_outside).emplace_back(static_cast<int>(i), static_cast<int>(column), entry.value());
+  Index own_entries = 0;
+  for (Index k = 0; k < rows.nonZeros(); ++k) own_entries += columns.owner(rows.innerIndexPtr()[k]) == rank;
+  RowWriter to_own(rows.rows(), columns.count(rank), own_entries);
+  RowWriter to_outside(rows.rows(), halo.size(), rows.nonZeros() - own_entries);
+  for (Index i = 0; i < rows.rows(); ++i) {
+    for (RowMajorMatrix::InnerIterator entry(rows, i); entry; ++entry) {
+      if (columns.owner(entry.col()) == rank) {
+        to_own.Add(columns.local(entry.col()), entry.value());
+      } else {
+        to_outside.Add(halo.PlaceOf(entry.col(), columns), entry.value());
+      }
     }
+    to_own.EndRow();
+    to_outside.EndRow();
   }
-  own.resize(rows.count(rank), columns.count(rank));
-  own.setFromTriplets(of_own.begin(), of_own.end());
-  outside.resize(rows.count(rank), halo.size());
-  outside.setFromTriplets(of_outside.begin(), of_outside.end());
+  own = to_own.Finish();
+  outside = to_outside.Finish();
 }
 
-DistributedMatrix::DistributedMatrix(const StructuredMatrix& whole, const Ownership& rows, const Ownership& columns,
-                                     MpiTeam& team)
-    : rows_(RowMajorMatrix(whole.Sparse()), rows, columns, team) {}
+RowMajorMatrix DistributedMatrix::Rows(const Ownership& columns, const std::vector<Index>& own_columns) const {
+  RowWriter whole_rows(rows(), columns.size(), nonzeros());
+  for (Index i = 0; i < rows(); ++i) {
+    for (RowMajorMatrix::InnerIterator entry(rows_.own, i); entry; ++entry) {
+      whole_rows.Add(own_columns[static_cast<std::size_t>(entry.col())], entry.value());
+    }
+    for (RowMajorMatrix::InnerIterator entry(rows_.outside, i); entry; ++entry) {
+      whole_rows.Add(rows_.halo.unknowns()[static_cast<std::size_t>(entry.col())], entry.value());
+    }
+    whole_rows.EndRow();
+  }
+  return whole_rows.Finish();
+}
 
 void DistributedMatrix::Multiply(const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) const {
   Matrix outside;

@@ -7,13 +7,12 @@
 #include <vector>
 
 #include "core/linalg/compressed_rows.h"
+#include "core/linalg/row_writer.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/mpi/mpi_team.h"
 #include "core/mpi/ownership.h"
 
 namespace dlcs {
-
-using RowMajorMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 // The unknowns of other ranks that rows of this one refer to, by rank and then by their order there.
 class Halo {
@@ -41,9 +40,10 @@ class Halo {
   std::vector<Neighbor> neighbors_;  // by rank
 };
 
-// The rows of this rank of a matrix that every rank has, apart by its own columns and those of the halo.
+// The rows of this rank of a matrix, apart by its own columns and those of the halo.
 struct DistributedRows {
-  DistributedRows(const RowMajorMatrix& whole, const Ownership& rows, const Ownership& columns, MpiTeam& team);
+  // `rows` has all columns. Called by all ranks at once.
+  DistributedRows(const RowMajorMatrix& rows, const Ownership& columns, MpiTeam& team);
 
   RowMajorMatrix own, outside;
   Halo halo;
@@ -51,13 +51,16 @@ struct DistributedRows {
 
 class DistributedMatrix final : public LinearOperator {
  public:
-  DistributedMatrix(const StructuredMatrix& whole, const Ownership& rows, const Ownership& columns, MpiTeam& team);
+  DistributedMatrix(const RowMajorMatrix& rows, const Ownership& columns, MpiTeam& team) : rows_(rows, columns, team) {}
 
   Index rows() const override { return rows_.own.rows(); }
   Index cols() const override { return rows_.own.cols(); }
   Index nonzeros() const override { return rows_.own.nonZeros() + rows_.outside.nonZeros(); }
   void Multiply(const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) const override;
   Vector AbsTimes(const Eigen::Ref<const Vector>& v) const override;
+
+  // The rows with all columns. `columns`: those that it was made of, of which this rank owns `own_columns`.
+  RowMajorMatrix Rows(const Ownership& columns, const std::vector<Index>& own_columns) const;
 
  private:
   DistributedRows rows_;

@@ -88,12 +88,8 @@ HypreSolver::HypreSolver(DistributedRows K, const Ownership& unknowns, bool is_s
                          MpiTeam& team)
     : KrylovSolver(Compressed(K.own), is_symmetric, workers, team), mpi_(team), halo_(std::move(K.halo)) {
   outside_ = Compressed(K.outside);
-  std::vector<Index> first = {0};
-  for (int rank = 0; rank < team.size(); ++rank) first.push_back(first.back() + unknowns.count(rank));
-  first_number_ = first[static_cast<std::size_t>(team.rank())];
-  for (const Index unknown : halo_.unknowns()) {
-    outside_numbers_.push_back(first[static_cast<std::size_t>(unknowns.owner(unknown))] + unknowns.local(unknown));
-  }
+  first_number_ = unknowns.first(team.rank());
+  for (const Index unknown : halo_.unknowns()) outside_numbers_.push_back(unknowns.number(unknown));
 }
 
 HypreSolver::~HypreSolver() = default;

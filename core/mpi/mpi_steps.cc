@@ -2,40 +2,28 @@
 #include "core/mpi/mpi_steps.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/context/consistency.h"
 #include "core/lcp/structured/bounded_solver.h"
+#include "core/mpi/distributed_operator.h"
 #include "core/mpi/halo.h"
 #include "core/mpi/hypre_solver.h"
 #include "core/mpi/mpi_team.h"
 #include "core/mpi/ownership.h"
 #include "core/mpi/part_of_problem.h"
+#include "core/mpi/row_exchange.h"
 #include "core/stepping/iterative_step.h"
 #include "core/stepping/stepping.h"
 
 namespace dlcs {
 namespace {
-
-// Rows of all ranks from those of each, in all of them.
-Matrix Collect(const Matrix& part, const Ownership& rows, MpiTeam& team) {
-  Matrix whole(rows.size(), part.cols());
-  Matrix of_rank;
-  for (int rank = 0; rank < team.size(); ++rank) {
-    if (rank == team.rank()) {
-      of_rank = part;
-    } else {
-      of_rank.resize(rows.count(rank), part.cols());
-    }
-    team.Share(rank, of_rank.data(), of_rank.size());
-    whole(rows.rows(rank), Eigen::all) = of_rank;
-  }
-  return whole;
-}
 
 // Steps of the rows of this rank. Smooth intervals start with the whole problem.
 class MpiStepper final : public SegmentStepper {
@@ -69,41 +57,98 @@ class MpiStepper final : public SegmentStepper {
   MpiTeam& team_;
 };
 
-// The part of this rank of the sparse system of one step, with its solver.
-std::unique_ptr<IterativeStep> PartOfStep(const StepRule& whole, const Problem& part, double step, SparseRule rule,
-                                          double theta, const Ownership& states, const Ownership& pairs,
-                                          Workers& workers, MpiTeam& team, double tolerance) {
-  const IterativeStep::System system = IterativeStep::Assemble(whole);
-  std::vector<int> owners(static_cast<std::size_t>(system.K.rows()));
-  for (Index i = 0; i < states.size(); ++i) owners[static_cast<std::size_t>(i)] = states.owner(i);
-  for (Index i = 0; i < pairs.size(); ++i) {
-    const IterativeStep::Pair& pair = system.pairs[static_cast<std::size_t>(i)];
-    if (!pair.is_obstacle) owners[static_cast<std::size_t>(pair.unknown)] = pairs.owner(i);
+// The unknowns of K: in each rank its states, then the y of its pairs that are no obstacles.
+class UnknownsOfRanks {
+ public:
+  UnknownsOfRanks(const Ownership& states, const RowsOfPairs& own, const RowMajorMatrix& own_B, const Ownership& pairs,
+                  MpiTeam& team)
+      : states_(states), pairs_(pairs), rank_(team.rank()), halo_(OutsidePairs(own, own_B, pairs, rank_), pairs, team) {
+    Index next = states.count(rank_);
+    own_.resize(own.count());
+    for (Index i = 0; i < own.count(); ++i) own_[i] = own.IsObstacle(i) ? -1 : static_cast<double>(next++);
+    halo_.Exchange(own_, outside_);
+    std::vector<Index> sizes;
+    for (const double size : team.Gather(static_cast<double>(next))) sizes.push_back(static_cast<Index>(size));
+    ownership_.emplace(Ownership::BlocksOf(sizes));
   }
-  const Ownership unknowns(std::move(owners), team.size());
 
-  IterativeStep::System of_rank{.K = {},
-                                .pairs = {},
-                                .scales = {},
-                                .norm_of_states = system.norm_of_states,
-                                .norm_of_coupling = system.norm_of_coupling,
-                                .norm_of_pairs = system.norm_of_pairs,
-                                .norm_of_pair_states = system.norm_of_pair_states};
-  if (system.scales.size() > 0) of_rank.scales = system.scales(states.rows(team.rank()));
-  std::vector<BoundedUnknown> bounded;
-  Vector diagonal(pairs.count(team.rank()));
-  for (const Index i : pairs.rows(team.rank())) {
-    IterativeStep::Pair pair = system.pairs[static_cast<std::size_t>(i)];
-    diagonal[static_cast<Index>(bounded.size())] = system.K.coeff(pair.unknown, pair.unknown);
-    pair.unknown = unknowns.local(pair.unknown);
-    bounded.push_back(pair.bound());
-    of_rank.pairs.push_back(pair);
+  const Ownership& ownership() const { return *ownership_; }
+  UnknownNumbers numbers() const {
+    return {.count = ownership_->size(),
+            .of_state = [this](Index state) { return ownership_->first(states_.owner(state)) + states_.local(state); },
+            .of_pair = [this](Index pair) { return OfPair(pair); }};
   }
-  auto linear = std::make_unique<HypreSolver>(DistributedRows(RowMajorMatrix(system.K), unknowns, unknowns, team),
-                                              unknowns, IsSymmetric(system.K), workers, team);
+
+ private:
+  static std::vector<Index> OutsidePairs(const RowsOfPairs& own, const RowMajorMatrix& own_B, const Ownership& pairs,
+                                         int rank) {
+    std::vector<Index> outside;
+    for (const RowMajorMatrix* matrix : {&own_B, &own.M}) {
+      for (Index k = 0; k < matrix->nonZeros(); ++k) {
+        if (const Index pair = matrix->innerIndexPtr()[k]; pairs.owner(pair) != rank) outside.push_back(pair);
+      }
+    }
+    return outside;
+  }
+  Index OfPair(Index pair) const {
+    const int owner = pairs_.owner(pair);
+    const double local = owner == rank_ ? own_[pairs_.local(pair)] : outside_(halo_.PlaceOf(pair, pairs_), 0);
+    return local < 0 ? -1 : ownership_->first(owner) + static_cast<Index>(local);
+  }
+
+  const Ownership &states_, &pairs_;
+  const int rank_;
+  const Halo halo_;
+  Vector own_;      // places of own pairs among the unknowns of this rank; -1 for obstacles
+  Matrix outside_;  // the same of others, in those of theirs
+  std::optional<Ownership> ownership_;
+};
+
+// S of all states; empty without a mass matrix.
+Vector ScalesOfStates(const RowsOfStates& rows, const Ownership& states, MpiTeam& team) {
+  if (rows.E.rows() == 0) return Vector();
+  Vector own(rows.E.rows());
+  for (Index i = 0; i < own.size(); ++i) {
+    own[i] = 1 / std::sqrt(rows.E.coeff(i, rows.numbers[static_cast<std::size_t>(i)]));
+  }
+  return Collect(own, states, team);
+}
+
+// The part of this rank of the sparse system of one step, with its solver.
+std::unique_ptr<IterativeStep> PartOfStep(const PartOfProblem& part, double step, SparseRule rule, double theta,
+                                          const Ownership& states, const Ownership& pairs, Workers& workers,
+                                          MpiTeam& team, double tolerance) {
+  const StepRule step_rule(part.problem(), step, rule, theta);
+  std::optional<RowsOfStates> rows = part.States();
+  const UnknownsOfRanks of_ranks(states, part.pairs(), rows->B, pairs, team);
+  const Ownership& unknowns = of_ranks.ownership();
+  IterativeSystem system =
+      AssembleRows(step_rule, *rows, part.pairs(), ScalesOfStates(*rows, states, team), of_ranks.numbers());
+  rows.reset();
+  const bool is_symmetric = [&] {
+    const RowMajorMatrix transpose = Transposed(system.K, unknowns.rows(team.rank()), unknowns.size(), unknowns, team);
+    if (team.Any(!DifferByRounding(system.K, transpose))) return false;
+    system.K = (system.K + transpose) / 2;
+    return true;
+  }();
+  for (double* norm :
+       {&system.norm_of_states, &system.norm_of_coupling, &system.norm_of_pairs, &system.norm_of_pair_states}) {
+    *norm = team.Max(*norm);
+  }
+  const Index first = unknowns.first(team.rank());
+  std::vector<BoundedUnknown> bounded;
+  Vector diagonal(part.pairs().count());
+  for (IterativeSystem::Pair& pair : system.pairs) {
+    const Index number = pair.unknown;
+    pair.unknown -= first;
+    diagonal[static_cast<Index>(bounded.size())] = system.K.coeff(pair.unknown, number);
+    bounded.push_back(pair.bound());
+  }
+  DistributedRows K(system.K, unknowns, team);
+  system.K = RowMajorMatrix();
+  auto linear = std::make_unique<HypreSolver>(std::move(K), unknowns, is_symmetric, workers, team);
   auto solver = std::make_unique<BoundedSolver>(std::move(linear), std::move(diagonal), std::move(bounded), workers);
-  return std::make_unique<IterativeStep>(StepRule(part, step, rule, theta), std::move(of_rank), std::move(solver), team,
-                                         tolerance);
+  return std::make_unique<IterativeStep>(step_rule, std::move(system), std::move(solver), team, tolerance);
 }
 
 // Of all rows from those of each rank.
@@ -151,10 +196,22 @@ void Conclude(SolveContext& part, const Ownership& states, const Ownership& pair
   Solution& solution = whole.solution;
   const Solution& of_rank = part.solution;
   std::copy(of_rank.times.begin(), of_rank.times.end(), solution.times.begin());
-  solution.x.leftCols(recorded) = Collect(of_rank.x, states, team);
-  solution.y.leftCols(recorded) = Collect(of_rank.y, pairs, team);
-  solution.w.leftCols(recorded) = Collect(of_rank.w, pairs, team);
-  solution.left_limits = CollectLeftLimits(of_rank, pairs, team);
+  std::vector<LeftLimit> left_limits = CollectLeftLimits(of_rank, pairs, team);
+  if (team.keeps_trajectories()) {
+    // The caller looks at what it gets, which is nothing here.
+    const bool is_finite = of_rank.x.allFinite() && of_rank.y.allFinite() && of_rank.w.allFinite();
+    if (team.Any(!is_finite) && of_rank.termination == Termination::kNotSolved) {
+      part.Fail(Termination::kNonFinite, whole.problem.horizon, "The trajectory holds a number that is not finite.");
+    }
+    for (Matrix* values : {&solution.x, &solution.y, &solution.w}) values->resize(0, values->cols());
+    team.trajectory().emplace(TrajectoryParts{states, pairs, std::move(part.solution.x), std::move(part.solution.y),
+                                              std::move(part.solution.w), std::move(left_limits)});
+  } else {
+    solution.x.leftCols(recorded) = Collect(of_rank.x, states, team);
+    solution.y.leftCols(recorded) = Collect(of_rank.y, pairs, team);
+    solution.w.leftCols(recorded) = Collect(of_rank.w, pairs, team);
+    solution.left_limits = std::move(left_limits);
+  }
   whole.recorder.ResumeFrom(recorded);
   if (!part.certificate.empty()) whole.certificate.Replace(Together(part.certificate.certificate(), team));
   solution.dense_output = of_rank.dense_output;
@@ -238,15 +295,41 @@ std::vector<Index> LocalRows(const std::vector<Index>& rows, const Ownership& ow
 
 }  // namespace
 
+std::string MpiSteps::WhyNot(const Problem& problem) {
+  const Ownership states = Ownership::Blocks(problem.num_states(), team_.size());
+  if (problem.has_mass()) {
+    const RowMajorMatrix E = RowsOf(problem.E, states, team_);
+    bool is_positive = true;
+    for (Index i = 0; i < E.rows(); ++i) is_positive = is_positive && E.coeff(i, states.first(team_.rank()) + i) > 0;
+    if (team_.Any(!is_positive)) return IterativeStep::kNoPositiveMass;
+  }
+  const Ownership pairs = PairsByStates(problem, states, team_);
+  const UnservedPair own = FindUnserved(PairsOfRank(problem, states, pairs, team_), states.size());
+  // The first one of all ranks.
+  const std::vector<double> rules = team_.Gather(static_cast<double>(own.rule));
+  const std::vector<double> at_pairs = team_.Gather(static_cast<double>(own.pair));
+  const std::vector<double> at_states = team_.Gather(static_cast<double>(own.state));
+  UnservedPair first;
+  for (std::size_t rank = 0; rank < rules.size(); ++rank) {
+    const auto of_rank = static_cast<UnservedPair::Rule>(rules[rank]);
+    const auto pair = static_cast<Index>(at_pairs[rank]);
+    if (of_rank == UnservedPair::Rule::kNone) continue;
+    if (first.rule != UnservedPair::Rule::kNone && first.pair < pair) continue;
+    first = {of_rank, pair, static_cast<Index>(at_states[rank])};
+  }
+  return first.Text();
+}
+
 bool MpiSteps::Take(SolveContext& context, SparseRule rule, IterativeAccount& account) {
   const Problem& problem = context.problem;
   if (problem.num_states() < team_.size()) {
     return context.Fail(Termination::kUnsupported, 0,
                         "There are fewer states than ranks, and iterative steps give each rank some.");
   }
-  const Ownership states = StatesByBlocks(problem.num_states(), team_.size());
-  const Ownership pairs = PairsByStates(problem, states, team_.size());
-  const Problem part = PartOf(problem, states, pairs, team_);
+  const Ownership states = Ownership::Blocks(problem.num_states(), team_.size());
+  const Ownership pairs = PairsByStates(problem, states, team_);
+  const PartOfProblem part_of_rank(problem, states, pairs, team_);
+  const Problem& part = part_of_rank.problem();
   auto sources = Sources::Create(part);
   if (!sources.ok()) {
     return context.Fail(Termination::kUnsupported, 0, std::string(sources.status().message()));
@@ -281,15 +364,15 @@ bool MpiSteps::Take(SolveContext& context, SparseRule rule, IterativeAccount& ac
   of_rank.distribution.emplace(SolveContext::Distribution{team_, most_states, most_pairs});
   const double tolerance = IterativeStep::ToleranceFor(context.options, context.grid.num_steps());
   const auto make_stepper = [&](double step, Progress& progress) {
-    auto iterative = PartOfStep(StepRule(problem, step, rule, context.options.theta), part, step, rule,
-                                context.options.theta, states, pairs, context.workers, team_, tolerance);
+    auto iterative =
+        PartOfStep(part_of_rank, step, rule, context.options.theta, states, pairs, context.workers, team_, tolerance);
     auto stepper = std::make_unique<IterativeStepper>(
         std::move(iterative), [] { return nullptr; }, context.grid, account, progress);
     return std::make_unique<MpiStepper>(std::move(stepper), context, states, pairs, team_);
   };
   const bool reached_end = StepThroughGrid(of_rank, make_stepper);
   Conclude(of_rank, states, pairs, team_, context);
-  return reached_end;
+  return reached_end && solution.termination == Termination::kNotSolved;
 }
 
 }  // namespace dlcs

@@ -4,21 +4,24 @@
 #ifndef DLCS_CORE_MPI_MPI_STEPS_H_
 #define DLCS_CORE_MPI_MPI_STEPS_H_
 
+#include <string>
+
 #include "core/stepping/distributed_steps.h"
 
 namespace dlcs {
 
 class MpiTeam;
 
-// Every rank has the whole problem, takes its own rows of it, and steps them with the code of one process, on a problem
-// whose matrices are core/mpi/halo.h. What travels in a step are the values of neighbors, and sums and maxima of one
-// number; states travel at the starts of smooth intervals, where an LCP of all pairs is solved by each rank, and those
-// of output times at the end.
+// Every rank takes its own rows of the problem, which may be all that it has of it, and steps them with the code of one
+// process, on a problem whose matrices are core/mpi/halo.h. What travels in a step are the values of neighbors, and
+// sums and maxima of one number; states travel at the starts of smooth intervals, where an LCP of all pairs is solved
+// by each rank, and those of output times at the end.
 class MpiSteps final : public DistributedSteps {
  public:
   // `team` must outlive it.
   explicit MpiSteps(MpiTeam& team) : team_(team) {}
 
+  std::string WhyNot(const Problem& problem) override;
   bool Take(SolveContext& context, SparseRule rule, IterativeAccount& account) override;
 
  private:

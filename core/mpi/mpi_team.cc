@@ -65,6 +65,24 @@ std::vector<std::string> MpiTeam::CollectTexts(const std::string& own) {
   return texts;
 }
 
+std::string MpiTeam::TextOf(int owner, std::string own) {
+  constexpr std::size_t kAtOnce = std::size_t{1} << 30;  // counts of MPI are int
+  auto size = static_cast<unsigned long long>(own.size());
+  MPI_Bcast(&size, 1, MPI_UNSIGNED_LONG_LONG, owner, communicator_);
+  own.resize(size);
+  for (std::size_t begin = 0; begin < own.size(); begin += kAtOnce) {
+    const auto count = static_cast<int>(std::min(kAtOnce, own.size() - begin));
+    MPI_Bcast(own.data() + begin, count, MPI_CHAR, owner, communicator_);
+  }
+  return own;
+}
+
+std::string MpiTeam::FirstText(const std::string& own) {
+  const std::vector<double> has_text = Gather(own.empty() ? 0 : 1);
+  const auto first = std::find(has_text.begin(), has_text.end(), 1.0);
+  return first == has_text.end() ? "" : TextOf(static_cast<int>(first - has_text.begin()), own);
+}
+
 std::stop_token MpiTeam::Agreed(std::stop_token own) {
   wanted_ = std::move(own);
   agreed_ = std::stop_source();

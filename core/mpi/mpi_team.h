@@ -7,10 +7,12 @@
 #include <mpi.h>
 
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
 
+#include "core/mpi/trajectory_parts.h"
 #include "core/parallel/team.h"
 #include "core/stepping/distributed_steps.h"
 
@@ -31,6 +33,17 @@ class MpiTeam final : public Team {
 
   // The text of each rank, by rank, on the first one; none on others.
   std::vector<std::string> CollectTexts(const std::string& own);
+  // The text of one rank, on all.
+  std::string TextOf(int owner, std::string own);
+  // That of the first rank whose text is not empty, on all.
+  std::string FirstText(const std::string& own);
+
+  // From now on trajectories of distributed steps stay with the ranks that have their rows: their solutions have times,
+  // and no rows in x, y and w. For options that want them nowhere else.
+  void KeepTrajectories() { keeps_trajectories_ = true; }
+  bool keeps_trajectories() const { return keeps_trajectories_; }
+  // Of the last solve, if it was one of distributed steps.
+  std::optional<TrajectoryParts>& trajectory() { return trajectory_; }
 
   MPI_Comm communicator() const { return communicator_; }
 
@@ -40,6 +53,8 @@ class MpiTeam final : public Team {
   std::stop_token wanted_;  // in this process
   std::stop_source agreed_;
   std::unique_ptr<DistributedSteps> steps_;
+  bool keeps_trajectories_ = false;
+  std::optional<TrajectoryParts> trajectory_;
 };
 
 }  // namespace dlcs

@@ -3,6 +3,8 @@
 
 #include <mpi.h>
 
+#include <numeric>
+
 namespace dlcs {
 namespace {
 
@@ -74,6 +76,22 @@ int MPI_Allgatherv(const void* mine, int count, MPI_Datatype type, void* all, co
 int MPI_Allreduce(const void* mine, void* all, int count, MPI_Datatype type, MPI_Op operation, MPI_Comm communicator) {
   dlcs::CountCollective(count, type);
   return PMPI_Allreduce(mine, all, count, type, operation, communicator);
+}
+
+int MPI_Alltoall(const void* mine, int count, MPI_Datatype type, void* all, int all_count, MPI_Datatype all_type,
+                 MPI_Comm communicator) {
+  int size = 0;
+  PMPI_Comm_size(communicator, &size);
+  dlcs::CountCollective(count * size, type);
+  return PMPI_Alltoall(mine, count, type, all, all_count, all_type, communicator);
+}
+
+int MPI_Alltoallv(const void* mine, const int counts[], const int places[], MPI_Datatype type, void* all,
+                  const int all_counts[], const int all_places[], MPI_Datatype all_type, MPI_Comm communicator) {
+  int size = 0;
+  PMPI_Comm_size(communicator, &size);
+  dlcs::CountCollective(std::accumulate(counts, counts + size, 0), type);
+  return PMPI_Alltoallv(mine, counts, places, type, all, all_counts, all_places, all_type, communicator);
 }
 
 int MPI_Scan(const void* mine, void* all, int count, MPI_Datatype type, MPI_Op operation, MPI_Comm communicator) {

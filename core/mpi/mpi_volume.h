@@ -11,7 +11,7 @@ namespace dlcs {
 struct MpiVolume {
   double messages = 0, message_bytes = 0;        // to single ranks
   double broadcasts = 0, broadcast_bytes = 0;    // as the one that has the values
-  double collectives = 0, collective_bytes = 0;  // sums, maxima and gathered values
+  double collectives = 0, collective_bytes = 0;  // sums, maxima, gathered and exchanged values
 };
 
 // Of this process so far; not while another thread calls MPI.

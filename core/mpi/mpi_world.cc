@@ -3,10 +3,8 @@
 
 #include <mpi.h>
 
-#include <algorithm>
 #include <array>
 #include <chrono>
-#include <cstddef>
 #include <cstdlib>
 #include <thread>
 #include <utility>
@@ -61,17 +59,9 @@ std::string MpiWorld::WhyNot(int promised) const {
 
 std::stop_token MpiWorld::Agreed(std::stop_token own) { return impl_->team->Agreed(std::move(own)); }
 
-std::string MpiWorld::OfFirst(std::string text) {
-  auto size = static_cast<unsigned long long>(text.size());
-  MPI_Bcast(&size, 1, MPI_UNSIGNED_LONG_LONG, 0, impl_->end);
-  text.resize(size);
-  constexpr std::size_t kAtOnce = std::size_t{1} << 30;  // counts of MPI are int
-  for (std::size_t begin = 0; begin < text.size(); begin += kAtOnce) {
-    const auto count = static_cast<int>(std::min(kAtOnce, text.size() - begin));
-    MPI_Bcast(text.data() + begin, count, MPI_CHAR, 0, impl_->end);
-  }
-  return text;
-}
+std::string MpiWorld::OfFirst(std::string text) { return impl_->team->TextOf(0, std::move(text)); }
+
+MpiTeam& MpiWorld::team() { return *impl_->team; }
 
 int MpiWorld::RunTogether(const std::function<int()>& run, const std::function<void()>& explain) {
   const TeamScope scope(*impl_->team);

@@ -11,6 +11,8 @@
 
 namespace dlcs {
 
+class MpiTeam;
+
 // From MPI_Init to MPI_Finalize; one in a program.
 class MpiWorld {
  public:
@@ -31,6 +33,8 @@ class MpiWorld {
   // one of them. That may be a while later: ranks that wait for nobody, as those that factor a matrix, do not see it.
   // Called by all ranks.
   std::stop_token Agreed(std::stop_token own);
+
+  MpiTeam& team();
 
   // The text of the first rank, on all. Called by all ranks.
   std::string OfFirst(std::string text);

@@ -4,44 +4,59 @@
 #ifndef DLCS_CORE_MPI_OWNERSHIP_H_
 #define DLCS_CORE_MPI_OWNERSHIP_H_
 
-#include <utility>
 #include <vector>
 
-#include "core/problem/problem.h"
 #include "core/types.h"
 
 namespace dlcs {
 
-// Rows, or unknowns, by their owners; those of a rank keep their order.
+// Rows, or unknowns, by their owners; those of a rank keep their order. Kept as runs of neighbors with one owner, of
+// which there are few, so that it takes little memory however many rows there are.
 class Ownership {
  public:
-  // `owners`: the rank of each row.
-  Ownership(std::vector<int> owners, int ranks) : owners_(std::move(owners)), rows_(static_cast<std::size_t>(ranks)) {
-    local_.reserve(owners_.size());
-    for (std::size_t i = 0; i < owners_.size(); ++i) {
-      std::vector<Index>& of_owner = rows_[static_cast<std::size_t>(owners_[i])];
-      local_.push_back(static_cast<Index>(of_owner.size()));
-      of_owner.push_back(static_cast<Index>(i));
-    }
-  }
+  struct Run {
+    Index begin = 0;  // until the next one begins
+    int owner = 0;
+    bool operator==(const Run&) const = default;
+  };
 
-  Index size() const { return static_cast<Index>(owners_.size()); }
-  int owner(Index row) const { return owners_[static_cast<std::size_t>(row)]; }
+  // `runs`: by their begins, the first one at 0.
+  Ownership(const std::vector<Run>& runs, Index rows, int ranks);
+  // Blocks of neighbors of sizes that differ by one at most.
+  static Ownership Blocks(Index rows, int ranks);
+  // Blocks of these sizes.
+  static Ownership BlocksOf(const std::vector<Index>& sizes);
+
+  Index size() const { return first_.back(); }
+  int ranks() const { return static_cast<int>(first_.size()) - 1; }
+  int owner(Index row) const { return RunOf(row).owner; }
   // The place of a row among those of its owner.
-  Index local(Index row) const { return local_[static_cast<std::size_t>(row)]; }
-  const std::vector<Index>& rows(int rank) const { return rows_[static_cast<std::size_t>(rank)]; }
-  Index count(int rank) const { return static_cast<Index>(rows(rank).size()); }
+  Index local(Index row) const {
+    const LocalRun& run = RunOf(row);
+    return run.local + row - run.begin;
+  }
+  // Numbers that are consecutive in each rank: of its first row, and of any.
+  Index first(int rank) const { return first_[static_cast<std::size_t>(rank)]; }
+  Index number(Index row) const {
+    const LocalRun& run = RunOf(row);
+    return first(run.owner) + run.local + row - run.begin;
+  }
+  Index count(int rank) const { return first(rank + 1) - first(rank); }
+  std::vector<Index> rows(int rank) const;
+
+  bool operator==(const Ownership&) const = default;
 
  private:
-  std::vector<int> owners_;
-  std::vector<Index> local_;
-  std::vector<std::vector<Index>> rows_;
-};
+  struct LocalRun {
+    Index begin, local;
+    int owner;
+    bool operator==(const LocalRun&) const = default;
+  };
+  const LocalRun& RunOf(Index row) const;
 
-// States in blocks of neighbors, of sizes that differ by one at most.
-Ownership StatesByBlocks(Index states, int ranks);
-// A pair goes with the first state that it is about, so that an obstacle is where its state is.
-Ownership PairsByStates(const Problem& problem, const Ownership& states, int ranks);
+  std::vector<LocalRun> runs_;
+  std::vector<Index> first_;  // by rank; then the number of all rows
+};
 
 }  // namespace dlcs
 

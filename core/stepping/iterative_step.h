@@ -14,6 +14,7 @@
 #include "core/parallel/team.h"
 #include "core/problem/options.h"
 #include "core/problem/problem.h"
+#include "core/stepping/iterative_system.h"
 
 namespace dlcs {
 
@@ -41,27 +42,10 @@ class IterativeStep {
   // tolerance.
   static double ToleranceFor(const Options& options, Index steps);
 
-  // Why a problem is not served; empty if it is. Cost: the entries of B, N and M.
+  // Why a problem is not served; empty if it is. Called by all processes of a team that distributes steps. Cost: the
+  // entries of B, N and M.
   static std::string WhyNot(const Problem& problem);
-
-  struct Pair {
-    bool is_obstacle = false;
-    Index unknown = 0;       // c or m + k
-    double scale = 0;        // of multipliers: y_i = multiplier / scale of an obstacle; else w_i
-    double coefficient = 0;  // ν S_cc
-
-    BoundedUnknown bound() const { return {.index = unknown, .sign = is_obstacle && coefficient < 0 ? -1.0 : 1.0}; }
-  };
-  // The sparse system.
-  struct System {
-    SparseMatrix K;
-    std::vector<Pair> pairs;
-    Vector scales;                                      // S; empty without a mass matrix
-    double norm_of_states = 0, norm_of_coupling = 0;    // ‖S (E - sA) S‖_∞, ‖w S B‖_∞ of the unknown y
-    double norm_of_pairs = 0, norm_of_pair_states = 0;  // ‖D M‖_∞, ‖D N S‖_∞
-  };
-  // For a problem that is served.
-  static System Assemble(const StepRule& rule);
+  static constexpr const char* kNoPositiveMass = "the diagonal of E is not positive";
 
   // For a problem that is served; it must outlive the step. `tolerance`: the relative residual of a step. Cost: that of
   // core/linalg/multigrid_solver.h.
@@ -69,7 +53,7 @@ class IterativeStep {
                 double tolerance = kLeastTolerance);
   // With a solver of `system`, whose K is not used. Where rows are distributed over a team, all vectors are those of
   // this process, with its states first; only the norms are those of the whole system.
-  IterativeStep(const StepRule& rule, System system, std::unique_ptr<BoundedSolver> solver, Team& team,
+  IterativeStep(const StepRule& rule, IterativeSystem system, std::unique_ptr<BoundedSolver> solver, Team& team,
                 double tolerance = kLeastTolerance);
 
   const StepRule& rule() const { return rule_; }
@@ -94,7 +78,7 @@ class IterativeStep {
 
   StepRule rule_;
   double tolerance_;
-  System system_;  // without K
+  IterativeSystem system_;  // without K
   std::unique_ptr<BoundedSolver> solver_;
   Team& team_;
   Vector right_, bounds_;
