@@ -5,15 +5,22 @@
 #define DLCS_CLIENT_FILES_JSON_READER_H_
 
 #include <cstddef>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
+
+// Reads a matrix that a file names at `place`, as in A, otherwise than whole: where the file at `path` is read by rows,
+// what stands for it here is a matrix of its shape without entries. Nothing for a file that is to be read as always.
+using MatrixFiles =
+    std::function<std::optional<absl::StatusOr<v1::Matrix>>(const std::string& place, const std::string& path)>;
 
 // If a value is wrong, the Read functions return nothing and record an error with path, value and rule ("x0[1] is a
 // string ("abc"); must be a number"). `path` is the place of the value as the user would write it. Not thread-safe; one
@@ -21,9 +28,11 @@ namespace dlcs::client {
 class JsonReader {
  public:
   // `source` is the file's name for messages.
-  explicit JsonReader(std::string source) : source_(std::move(source)) {}
+  explicit JsonReader(std::string source, MatrixFiles matrix_files = {})
+      : source_(std::move(source)), matrix_files_(std::move(matrix_files)) {}
 
   const std::string& source() const { return source_; }
+  const MatrixFiles& matrix_files() const { return matrix_files_; }
 
   // Records that the value at `path` breaks a rule: "x0[1]", "is a string; must be a number".
   void Refuse(const std::string& path, const std::string& rule);
@@ -56,6 +65,7 @@ class JsonReader {
 
  private:
   std::string source_;
+  MatrixFiles matrix_files_;
   std::vector<std::string> refusals_;
   std::size_t more_ = 0;  // errors that are only counted
 };

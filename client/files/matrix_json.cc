@@ -204,14 +204,28 @@ std::string Beside(const JsonReader& reader, const std::string& name) {
   return (std::filesystem::path(reader.source()).parent_path() / name).string();
 }
 
+// The matrix of `name`, a file beside the one that is read, where that is read by rows; else what `read` returns.
+template <typename Read>
+std::optional<v1::Matrix> ReadByRowsOr(const std::string& name, const std::string& path, const std::string& key,
+                                       JsonReader& reader, const Read& read) {
+  if (!reader.matrix_files()) return read();
+  auto by_rows = reader.matrix_files()(path, Beside(reader, name));
+  if (!by_rows) return read();
+  if (by_rows->ok()) return **std::move(by_rows);
+  reader.Refuse(path + key, fmt::format("cannot be read: {}", std::string(by_rows->status().message())));
+  return std::nullopt;
+}
+
 std::optional<v1::Matrix> ReadMarket(const json& object, const std::string& path, JsonReader& reader) {
   reader.RefuseUnknownKeys(object, {"matrix_market"}, path);
   const auto name = reader.ReadString(object["matrix_market"], path + ".matrix_market");
   if (!name) return std::nullopt;
-  auto matrix = ReadMatrixMarket(Beside(reader, *name));
-  if (matrix.ok()) return *std::move(matrix);
-  reader.Refuse(path + ".matrix_market", fmt::format("cannot be read: {}", std::string(matrix.status().message())));
-  return std::nullopt;
+  return ReadByRowsOr(*name, path, ".matrix_market", reader, [&]() -> std::optional<v1::Matrix> {
+    auto matrix = ReadMatrixMarket(Beside(reader, *name));
+    if (matrix.ok()) return *std::move(matrix);
+    reader.Refuse(path + ".matrix_market", fmt::format("cannot be read: {}", std::string(matrix.status().message())));
+    return std::nullopt;
+  });
 }
 
 std::optional<StoredArray> ReadStored(const json& object, const std::string& path, JsonReader& reader) {
@@ -230,12 +244,16 @@ std::optional<StoredArray> ReadStored(const json& object, const std::string& pat
 }
 
 std::optional<v1::Matrix> ReadStoredMatrix(const json& object, const std::string& path, JsonReader& reader) {
-  auto array = ReadStored(object, path, reader);
-  if (!array) return std::nullopt;
-  if (array->dimensions == 2) return std::move(array->matrix);
-  reader.Refuse(path, fmt::format("is an array of {} dimension{}; must be a matrix, of two", array->dimensions,
-                                  array->dimensions == 1 ? "" : "s"));
-  return std::nullopt;
+  const auto read_whole = [&]() -> std::optional<v1::Matrix> {
+    auto array = ReadStored(object, path, reader);
+    if (!array) return std::nullopt;
+    if (array->dimensions == 2) return std::move(array->matrix);
+    reader.Refuse(path, fmt::format("is an array of {} dimension{}; must be a matrix, of two", array->dimensions,
+                                    array->dimensions == 1 ? "" : "s"));
+    return std::nullopt;
+  };
+  if (!object["file"].is_string() || object.size() > 1) return read_whole();
+  return ReadByRowsOr(object["file"].get<std::string>(), path, ".file", reader, read_whole);
 }
 
 std::optional<v1::Matrix> ReadSum(const json& object, const std::string& path, JsonReader& reader,

@@ -29,7 +29,10 @@ bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 // The words of a text, with their line numbers. Lines that begin with % are comments.
 class WordReader {
  public:
-  explicit WordReader(std::string_view text) : text_(text) {}
+  // `line`: that on which `text` begins, of which the first one is no comment.
+  explicit WordReader(std::string_view text, std::int64_t line = 1) : text_(text), line_(line) {
+    if (line > 1 && text_.starts_with('%')) SkipLine();
+  }
 
   std::int64_t line() const { return line_; }
 
@@ -41,6 +44,10 @@ class WordReader {
     }
     return words;
   }
+
+  bool HasMore() const { return !WordReader(*this).Next().empty(); }
+  // Bytes that were read.
+  std::size_t position() const { return position_; }
 
   // Empty at the end.
   std::string_view Next() {
@@ -68,19 +75,10 @@ class WordReader {
 
   std::string_view text_;
   std::size_t position_ = 0;
-  std::int64_t line_ = 1;
+  std::int64_t line_;
 };
 
-struct Format {
-  bool coordinate = false;
-  bool pattern = false;
-  bool symmetric = false;
-  bool skew = false;
-
-  bool half() const { return symmetric || skew; }
-};
-
-Format ReadFormat(WordReader& words) {
+MarketHead ReadFormat(WordReader& words) {
   std::vector<std::string> header = words.Header();
   for (std::string& word : header) {
     std::transform(word.begin(), word.end(), word.begin(),
@@ -97,14 +95,15 @@ Format ReadFormat(WordReader& words) {
     for (const char* one : known) list += (list.empty() ? "" : ", ") + std::string(one);
     throw Fault{1, fmt::format("the {} is \"{}\"; must be one of {}", what, header[k].substr(0, 40), list)};
   };
-  Format format;
-  format.coordinate = word(2, "format", {"coordinate", "array"}) == "coordinate";
-  format.pattern = word(3, "field", {"real", "integer", "pattern"}) == "pattern";
+  MarketHead format;
+  format.is_coordinate = word(2, "format", {"coordinate", "array"}) == "coordinate";
+  format.is_pattern = word(3, "field", {"real", "integer", "pattern"}) == "pattern";
   const std::string symmetry = word(4, "symmetry", {"general", "symmetric", "skew-symmetric"});
-  format.symmetric = symmetry == "symmetric";
-  format.skew = symmetry == "skew-symmetric";
-  if (format.pattern && !format.coordinate) throw Fault{1, "a pattern needs the format \"coordinate\", not \"array\""};
-  if (format.pattern && format.skew) throw Fault{1, "a pattern has no signs, and is not skew-symmetric"};
+  format.is_symmetric = symmetry == "symmetric";
+  format.is_skew = symmetry == "skew-symmetric";
+  if (format.is_pattern && !format.is_coordinate)
+    throw Fault{1, "a pattern needs the format \"coordinate\", not \"array\""};
+  if (format.is_pattern && format.is_skew) throw Fault{1, "a pattern has no signs, and is not skew-symmetric"};
   return format;
 }
 
@@ -139,49 +138,50 @@ std::int32_t ReadIndex(WordReader& words, const char* what, std::int64_t size) {
   return static_cast<std::int32_t>(ReadSize(words, what, size) - 1);
 }
 
-struct Shape {
-  std::int64_t rows;
-  std::int64_t columns;
-};
-
-Shape ReadShape(WordReader& words, const Format& format) {
+MarketHead ReadHead(WordReader& words) {
   constexpr std::int64_t kMax = std::numeric_limits<std::int32_t>::max();
-  const std::int64_t rows = ReadSize(words, "the number of rows", kMax);
-  const std::int64_t columns = ReadSize(words, "the number of columns", kMax);
-  if (format.half() && rows != columns) {
+  MarketHead head = ReadFormat(words);
+  head.rows = ReadSize(words, "the number of rows", kMax);
+  head.columns = ReadSize(words, "the number of columns", kMax);
+  if (head.is_half() && head.rows != head.columns) {
     throw Fault{words.line(),
-                fmt::format("{} x {}; must be square where half of it stands for the whole", rows, columns)};
+                fmt::format("{} x {}; must be square where half of it stands for the whole", head.rows, head.columns)};
   }
-  return {rows, columns};
+  if (!head.is_coordinate) return head;
+  head.entries = ReadNumber<std::int64_t>(words, "the number of entries");
+  if (head.entries < 0) throw Fault{words.line(), fmt::format("{} entries; must be at least 0", head.entries)};
+  return head;
 }
 
-v1::SparseMatrix ReadCoordinates(WordReader& words, const Format& format) {
-  const auto [rows, columns] = ReadShape(words, format);
-  const auto entries = ReadNumber<std::int64_t>(words, "the number of entries");
-  if (entries < 0) throw Fault{words.line(), fmt::format("{} entries; must be at least 0", entries)};
+void ReadEntry(WordReader& words, const MarketHead& head, const MarketEntry& add) {
+  const std::int32_t row = ReadIndex(words, "the row of an entry", head.rows);
+  const std::int64_t line = words.line();
+  const std::int32_t column = ReadIndex(words, "the column of an entry", head.columns);
+  if (head.is_skew && row == column) {
+    throw Fault{words.line(), "a skew-symmetric matrix has no entries on its diagonal"};
+  }
+  const double value = head.is_pattern ? 1 : ReadValue(words);
+  if (words.line() != line) throw Fault{line, "an entry must stand on a line of its own"};
+  add(row, column, value);
+  if (row != column && head.is_half()) add(column, row, head.is_skew ? -value : value);
+}
+
+v1::SparseMatrix ReadCoordinates(WordReader& words, const MarketHead& head) {
   v1::SparseMatrix matrix;
-  matrix.set_rows(static_cast<std::int32_t>(rows));
-  matrix.set_columns(static_cast<std::int32_t>(columns));
+  matrix.set_rows(static_cast<std::int32_t>(head.rows));
+  matrix.set_columns(static_cast<std::int32_t>(head.columns));
   const auto add = [&matrix](std::int32_t row, std::int32_t column, double value) {
     matrix.add_row_indices(row);
     matrix.add_column_indices(column);
     matrix.add_values(value);
   };
-  for (std::int64_t k = 0; k < entries; ++k) {
-    const std::int32_t row = ReadIndex(words, "the row of an entry", rows);
-    const std::int32_t column = ReadIndex(words, "the column of an entry", columns);
-    if (format.skew && row == column)
-      throw Fault{words.line(), "a skew-symmetric matrix has no entries on its diagonal"};
-    const double value = format.pattern ? 1 : ReadValue(words);
-    add(row, column, value);
-    if (format.half() && row != column) add(column, row, format.skew ? -value : value);
-  }
+  for (std::int64_t k = 0; k < head.entries; ++k) ReadEntry(words, head, add);
   return matrix;
 }
 
 // Column by column, of one triangle the part below the diagonal.
-v1::DenseMatrix ReadArray(WordReader& words, const Format& format, std::size_t most_entries) {
-  const auto [rows, columns] = ReadShape(words, format);
+v1::DenseMatrix ReadArray(WordReader& words, const MarketHead& head, std::size_t most_entries) {
+  const std::int64_t rows = head.rows, columns = head.columns;
   if (static_cast<std::uint64_t>(rows) > 2 * most_entries / static_cast<std::uint64_t>(columns)) {
     throw Fault{words.line(), fmt::format("this file does not have {} x {} values", rows, columns)};
   }
@@ -189,38 +189,66 @@ v1::DenseMatrix ReadArray(WordReader& words, const Format& format, std::size_t m
   matrix.set_rows(static_cast<std::int32_t>(rows));
   matrix.set_columns(static_cast<std::int32_t>(columns));
   matrix.mutable_values()->Resize(static_cast<int>(rows * columns), 0);
-  const auto entry = [&matrix, columns = columns](std::int64_t row, std::int64_t column) -> double& {
+  const auto entry = [&matrix, columns](std::int64_t row, std::int64_t column) -> double& {
     return *matrix.mutable_values()->Mutable(static_cast<int>(row * columns + column));
   };
   for (std::int64_t column = 0; column < columns; ++column) {
-    const std::int64_t first = !format.half() ? 0 : format.skew ? column + 1 : column;
+    const std::int64_t first = !head.is_half() ? 0 : head.is_skew ? column + 1 : column;
     for (std::int64_t row = first; row < rows; ++row) {
       const double value = ReadValue(words);
       entry(row, column) = value;
-      if (format.half()) entry(column, row) = format.skew ? -value : value;
+      if (head.is_half()) entry(column, row) = head.is_skew ? -value : value;
     }
   }
   return matrix;
 }
 
+absl::Status Refused(const Fault& fault, const std::string& source) {
+  return absl::InvalidArgumentError(fmt::format("{}, line {}: {}", source, fault.line, fault.what));
+}
+
 }  // namespace
+
+absl::StatusOr<MarketHead> ParseMarketHead(std::string_view text, const std::string& source) {
+  try {
+    WordReader words(text);
+    MarketHead head = ReadHead(words);
+    head.bytes = words.position();
+    head.line = words.line();
+    return head;
+  } catch (const Fault& fault) {
+    return Refused(fault, source);
+  }
+}
+
+absl::StatusOr<std::int64_t> ParseMarketLines(std::string_view text, std::int64_t line, const MarketHead& head,
+                                              const std::string& source, const MarketEntry& add) {
+  try {
+    WordReader words(text, line);
+    std::int64_t entries = 0;
+    for (; words.HasMore(); ++entries) ReadEntry(words, head, add);
+    return entries;
+  } catch (const Fault& fault) {
+    return Refused(fault, source);
+  }
+}
 
 absl::StatusOr<v1::Matrix> ParseMatrixMarket(const std::string& text, const std::string& source) {
   try {
     WordReader words(text);
-    const Format format = ReadFormat(words);
+    const MarketHead head = ReadHead(words);
     v1::Matrix matrix;
-    if (format.coordinate) {
-      *matrix.mutable_sparse() = ReadCoordinates(words, format);
+    if (head.is_coordinate) {
+      *matrix.mutable_sparse() = ReadCoordinates(words, head);
     } else {
-      *matrix.mutable_dense() = ReadArray(words, format, text.size());
+      *matrix.mutable_dense() = ReadArray(words, head, text.size());
     }
     if (const std::string_view more = words.Next(); !more.empty()) {
       throw Fault{words.line(), fmt::format("\"{}\" follows the last entry", more.substr(0, 40))};
     }
     return matrix;
   } catch (const Fault& fault) {
-    return absl::InvalidArgumentError(fmt::format("{}, line {}: {}", source, fault.line, fault.what));
+    return Refused(fault, source);
   }
 }
 

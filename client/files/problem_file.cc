@@ -30,7 +30,7 @@ using nlohmann::ordered_json;
 
 const std::vector<std::string>& ProblemKeys() {
   static const std::vector<std::string> keys = {
-      "A",          "B",      "N",    "M",        "x0",           "T",   "f", "g", "states", "pairs",
+      "A",          "B",      "N",    "M",        "x0",           "T",    "f", "g",       "states",       "pairs",
       "parameters", "pieces", "rule", "selector", "break_points", "kind", "E", "outputs", "measurements", "y0"};
   return keys;
 }
@@ -199,7 +199,7 @@ bool ShouldBeArrayFile(const std::string& text, const std::string& source) {
 }  // namespace
 
 absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source,
-                                         const AgreementCheck& agrees) {
+                                         const AgreementCheck& agrees, const MatrixFiles& matrix_files) {
   if (IsArrayFile(text) || ShouldBeArrayFile(text, source)) {
     auto problem = ParseProblemArrays(text, source);
     if (!problem.ok()) return problem.status();
@@ -211,7 +211,7 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
   if (absl::Status kind = CheckKind(*root, FileKind::kSystem, source); !kind.ok()) return kind;
 
   ProblemFile file;
-  JsonReader reader(source);
+  JsonReader reader(source, matrix_files);
   const bool nonlinear = IsNonlinear(*root, reader);
   reader.RefuseUnknownKeys(*root, nonlinear ? NonlinearKeys() : ProblemKeys(), "", AnnotationKeys());
   if (nonlinear) {

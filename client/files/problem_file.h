@@ -11,6 +11,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "client/files/json_reader.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -37,9 +38,10 @@ using AgreementCheck = std::function<bool(const v1::TimeFunction& one, const v1:
 //
 // A text that is no JSON but begins as an .npz or .mat file does is read as one.
 //
-// `source` is the file's name for messages. Errors: InvalidArgument with one "source: place rule" per line.
+// `source` is the file's name for messages. `matrix_files`, if given, is asked first for matrices in files. Errors:
+// InvalidArgument with one "source: place rule" per line.
 absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source,
-                                         const AgreementCheck& agrees = {});
+                                         const AgreementCheck& agrees = {}, const MatrixFiles& matrix_files = {});
 
 // The same for the file at `path`, `-` for standard input. Errors: as above and as ReadTextFile().
 absl::StatusOr<ProblemFile> ReadProblemFile(const std::string& path, const AgreementCheck& agrees = {});

@@ -8,12 +8,15 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
+#include <variant>
 
 #include "client/result/ensemble_result.h"
 #include "client/rpc/rpc_error.h"
+#include "core/problem/problem.h"
 #include "core/problem/violation_list.h"
 #include "google/rpc/error_details.pb.h"
 #include "server/session/call_session.h"
@@ -113,8 +116,14 @@ absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
   const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
   ResultCollector collector(request, limits.keep_trajectory);
   CallbackSink sink(collector, on_event);
-  const absl::Status status = RunSolveToEnd(request, LimitsOfThisMachine(), "local", control, sink);
-  if (!status.ok()) return Describe(status);
+  absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request, LimitsOfThisMachine());
+  if (!prepared.ok()) return Describe(prepared.status());
+  auto* const problem = std::get_if<Problem>(&prepared->system);
+  if (problem && hooks_.on_problem) hooks_.on_problem(*problem);
+  absl::StatusOr<FinishedSolve> finished = RunSolve(*prepared, "local", control, sink);
+  if (!finished.ok()) return Describe(finished.status());
+  if (hooks_.has_no_trajectory && hooks_.has_no_trajectory()) collector.ExpectTimesAlone();
+  while (std::optional<v1::SolveEvent> event = finished->NextEvent()) sink.Accept(*std::move(event));
   return std::move(collector).Finish();
 }
 

@@ -4,15 +4,32 @@
 #ifndef DLCS_CLIENT_LOCAL_LOCAL_BACKEND_H_
 #define DLCS_CLIENT_LOCAL_LOCAL_BACKEND_H_
 
+#include <functional>
+#include <utility>
+
 #include "absl/status/statusor.h"
 #include "client/result/backend.h"
 
+namespace dlcs {
+struct Problem;
+}
+
 namespace dlcs::client {
+
+// What a solve on many processes does in its own way (client/mpi).
+struct LocalHooks {
+  // Changes a valid problem before it is solved; may be empty.
+  std::function<void(Problem&)> on_problem;
+  // Whether the trajectory of the last solve is elsewhere: the result then has its times alone. May be empty.
+  std::function<bool()> has_no_trajectory;
+};
 
 // The only limit is the machine: a trajectory larger than its memory is ResourceExhausted. Events come from the calling
 // thread, so a slow callback slows the solve.
 class LocalBackend final : public Backend {
  public:
+  explicit LocalBackend(LocalHooks hooks = {}) : hooks_(std::move(hooks)) {}
+
   absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                     const CallLimits& limits) override;
   absl::StatusOr<v1::EnsembleSummary> SolveEnsemble(const v1::SolveEnsembleRequest& request,
@@ -22,6 +39,9 @@ class LocalBackend final : public Backend {
   absl::StatusOr<v1::AnalyzeProblemResponse> AnalyzeProblem(const v1::AnalyzeProblemRequest& request,
                                                             const CallLimits& limits) override;
   absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;
+
+ private:
+  const LocalHooks hooks_;
 };
 
 }  // namespace dlcs::client

@@ -11,12 +11,14 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "client/cli/command_line.h"
 #include "client/cli/commands/command_support.h"
 #include "client/mpi/attend.h"
+#include "client/mpi/rank_solve.h"
 #include "core/mpi/mpi_volume.h"
 #include "core/mpi/mpi_world.h"
 
@@ -104,7 +106,7 @@ std::string WhyNot(const SolveCommand& command) {
 }
 
 // On every rank the same but for what is printed and written, which the first one does.
-int Solve(const Arguments& arguments, bool is_first) {
+int Solve(const Arguments& arguments, MpiWorld& world) {
   ParsedCommandLine parsed = ParseCommandLine(static_cast<int>(arguments.of_solve.size()), arguments.of_solve.data());
   if (const auto* code = std::get_if<ExitCode>(&parsed)) return *code;
   auto& command = std::get<SolveCommand>(parsed);
@@ -115,8 +117,9 @@ int Solve(const Arguments& arguments, bool is_first) {
   // Ranks whose clocks end a solve at different steps would wait for each other; the launcher ends them.
   constexpr double kNoDeadline_s = 1e9;
   command.deadline_s = kNoDeadline_s;
-  if (!is_first) command.output.clear();
-  return Run(command);
+  SolveWays ways = WaysOfRanks(command, world.team());
+  if (world.rank() > 0) command.output.clear();
+  return Run(command, std::move(ways));
 }
 
 void PrintVolume(const MpiVolume& volume, int rank, std::FILE* out) {
@@ -191,7 +194,7 @@ int RunOn(MpiWorld& world, const Arguments& arguments) {
     fmt::print(voice.errors(), "dlcs-mpi: rank {} failed where others did not:\n", world.rank());
     voice.Tell();
   };
-  const int code = world.RunTogether([&] { return OrSay([&] { return Solve(arguments, is_first); }); }, explain);
+  const int code = world.RunTogether([&] { return OrSay([&] { return Solve(arguments, world); }); }, explain);
   const MpiVolume& volume = VolumeOfMpi();
   if (code == kSolved && world.size() > 1 && volume.messages + volume.broadcasts == 0) {
     PrintNotice(

@@ -50,6 +50,9 @@ class ResultCollector {
   // The same where `states` and `constraints` are known.
   ResultCollector(std::size_t states, std::size_t constraints, DisplayNames names, bool keep_trajectory = true);
 
+  // From now on chunks have times and no components: these are elsewhere.
+  void ExpectTimesAlone() { result_.states = result_.constraints = 0; }
+
   void Add(const v1::SolveEvent& event);
   void AddChunk(const v1::TrajectoryChunk& chunk);
   void AddSummary(v1::Summary summary);

@@ -6,6 +6,7 @@
 """
 
 import json
+import math
 import os
 import pathlib
 import re
@@ -16,7 +17,9 @@ import tempfile
 import time
 import unittest
 
+import h5py
 import numpy as np
+import scipy.sparse
 
 MPIRUN, DLCS, DLCS_MPI, PROJECT = (pathlib.Path(word).resolve() for word in sys.argv[1:5])
 RANKS = (1, 2, 4)
@@ -118,6 +121,52 @@ def solve_on(ranks, problem, *options, own=()):
     return Result(command, path("many.json"))
 
 
+def sparse(form):
+    """The sparse matrix of a form of problem files."""
+    if "kronecker_sum" in form:
+        factors = [sparse(factor) for factor in form["kronecker_sum"]]
+        sizes = [factor.shape[0] for factor in factors]
+        terms = []
+        for k, factor in enumerate(factors):
+            slower, faster = (scipy.sparse.identity(math.prod(part)) for part in (sizes[:k], sizes[k + 1:]))
+            terms.append(scipy.sparse.kron(scipy.sparse.kron(slower, factor), faster))
+        return sum(terms[1:], terms[0]).tocsr()
+    places = (form["row_indices"], form["column_indices"])
+    return scipy.sparse.csr_matrix((form["values"], places), shape=(form["rows"], form["columns"]))
+
+
+def write_market(file, matrix, symmetric=False):
+    """The entries in a random order; of a symmetric matrix one triangle."""
+    entries = scipy.sparse.tril(matrix).tocoo() if symmetric else matrix.tocoo()
+    order = np.random.default_rng(1).permutation(entries.nnz)
+    with open(path(file), "w", encoding="utf-8") as market:
+        market.write(f"%%MatrixMarket matrix coordinate real {'symmetric' if symmetric else 'general'}\n% a comment\n")
+        market.write(f"{entries.shape[0]} {entries.shape[1]} {entries.nnz}\n")
+        for i, j, value in zip(entries.row[order], entries.col[order], entries.data[order]):
+            market.write(f"{i + 1} {j + 1} {float(value)!r}\n")
+    return {"matrix_market": file}
+
+
+def write_petsc(file, matrix):
+    """As MatView() of PETSc does (https://petsc.org/release/manualpages/Mat/MatLoad)."""
+    rows = matrix.tocsr()
+    rows.sort_indices()
+    with open(path(file), "wb") as binary:
+        np.array([1211216, *rows.shape, rows.nnz], ">i4").tofile(binary)
+        for values, kind in ((np.diff(rows.indptr), ">i4"), (rows.indices, ">i4"), (rows.data, ">f8")):
+            values.astype(kind).tofile(binary)
+    return {"file": file}
+
+
+def problem_file(name, **changes):
+    """That of a wall with other keys."""
+    with open(wall(8), encoding="utf-8") as opened:
+        problem = {**json.load(opened), **changes}
+    with open(path(name), "w", encoding="utf-8") as file:
+        json.dump(problem, file)
+    return path(name)
+
+
 class MpiTest(unittest.TestCase):
     def agree(self, one, many, tolerance=1e-10):
         self.assertEqual(one.code, many.code, many.errors)
@@ -209,6 +258,88 @@ class MpiTest(unittest.TestCase):
         left = 0.01 * one.summary["accuracy"]["tolerance"]
         self.assertLess(abs(one.summary["accuracy"]["error"] - two.summary["accuracy"]["error"]), left)
 
+    # Files that ranks read and write by rows.
+
+    def test_ranks_read_their_rows(self):
+        options = [*ITERATIVE, "--steps", "10", "--at", "0.5,1", "--no-estimate-error"]
+        with open(wall(8), encoding="utf-8") as opened:
+            problem = json.load(opened)
+        A, B, N = (sparse(problem[key]) for key in "ABN")
+        one = solve(wall(8), *options)
+        forms = (
+            {"A": write_market("a.mtx", A), "B": write_market("b.mtx", B), "N": write_market("n.mtx", N)},
+            {"A": write_market("half.mtx", A, symmetric=True), "B": write_petsc("b.petsc", B)},
+            {"A": write_petsc("a.petsc", A), "N": write_petsc("n.petsc", N)},
+        )
+        self.assertEqual(abs(A - A.T).max(), 0)
+        inline = solve_on(2, wall(8), *options)
+        for form in forms:
+            with self.subTest(form=form):
+                by_rows = solve_on(2, problem_file("by-rows.json", **form), *options)
+                self.agree(one, by_rows)
+                for key in ("x", "y", "w"):  # entries are the same, and so are all bits
+                    self.assertTrue((by_rows.trajectory[key] == inline.trajectory[key]).all(), key)
+
+    def test_pairs_go_with_their_states_in_any_order(self):
+        # The rank that has a row of N is not the one that reads it.
+        with open(wall(8), encoding="utf-8") as opened:
+            problem = json.load(opened)
+        B, N, M = (sparse(problem[key]) for key in "BNM")
+        pairs = N.shape[0]
+        order = np.random.default_rng(2).permutation(pairs)
+        rows = M.tocsr()[order][:, order].tocoo()
+        swapped = {
+            "B": write_petsc("b-swapped.petsc", B.tocsr()[:, order]),
+            "N": write_market("n-swapped.mtx", N.tocsr()[order]),
+            "M": {"rows": pairs, "columns": pairs,
+                  "entries": [[int(i), int(j), float(v)] for i, j, v in zip(rows.row, rows.col, rows.data)]},
+            "g": {"matrix": {"rows": pairs, "columns": pairs,
+                             "entries": [[int(k), int(k), 1.0] for k in range(pairs)]}, "of": ["0.1 - 0.5*t"] * pairs},
+        }
+        options = [*ITERATIVE, "--steps", "10", "--at", "0.5,1", "--no-estimate-error"]
+        file = problem_file("swapped.json", **swapped)
+        self.agree(solve(file, *options), solve_on(3, file, *options))
+
+    def test_ranks_write_their_rows(self):
+        # g jumps, so there are left limits too.
+        pairs = 49
+        file = problem_file("jump.json", g=pairs * ["0.1 - 0.5*(t >= 0.3)"])
+        options = [*ITERATIVE, "--steps", "10", "--at", "0,0.3,1", "--no-estimate-error"]
+        for name in ("whole.npz", "rows.h5"):
+            done = run([*LAUNCHER, "-n", "2", str(DLCS_MPI), "solve", file, *options, "--output", path(name)])
+            self.assertEqual(done.returncode, 0, done.stderr)
+        whole = np.load(path("whole.npz"))  # which the first rank writes
+        with h5py.File(path("rows.h5")) as opened:
+            rows = {key: opened[key][()] for key in opened}
+            self.assertEqual(json.loads(opened.attrs["summary"])["summary"]["times"], 3)
+        self.assertLessEqual({"t", "x", "y", "w", "left_times", "left_y", "left_w"}, set(rows))
+        for key, values in rows.items():
+            self.assertEqual(values.shape, whole[key].shape, key)
+            self.assertTrue((values == whole[key]).all(), key)
+        self.assertEqual(rows["left_times"].size, 1)
+        self.assertGreater(np.abs(rows["y"]).max(), 0)
+
+    def test_errors_in_files_are_those_of_all_ranks(self):
+        size = 7 * 7 * 8  # of states
+        head = f"%%MatrixMarket matrix coordinate real general\n{size} {size} "
+        diagonal = "".join(f"{k} {k} -1\n" for k in range(1, size + 1))
+        entries = 4 * size * b"\0"
+        cases = (
+            ("no-number.mtx", f"{head}{size}\n{diagonal}".replace("390 390 -1", "390 390 x"), "line 392: \"x\" stands"),
+            ("twice.mtx", f"{head}{size + 1}\n{diagonal}7 7 1\n", "row 7, column 7 twice"),
+            ("few.mtx", f"{head}{size + 2}\n{diagonal}", f"{size + 2} entries are announced, and {size} follow"),
+            ("outside.mtx", f"{head}1\n{size + 1} 1 1\n", f"line 3: {size + 1}, the row of an entry; must be from 1"),
+            ("short.petsc", np.array([1211216, size, size, 1], ">i4").tobytes() + entries, "bytes; must have"),
+            ("damaged.petsc", np.array([1211216, size, size, 0], ">i4").tobytes() + b"\1" + entries[1:], "is damaged"),
+        )
+        for name, content, rule in cases:
+            with self.subTest(name=name):
+                with open(path(name), "wb") as file:
+                    file.write(content if isinstance(content, bytes) else content.encode())
+                form = {"file": name} if name.endswith("petsc") else {"matrix_market": name}
+                self.refused([*LAUNCHER, "-n", "2", str(DLCS_MPI), "solve", problem_file("bad.json", A=form), *ITERATIVE],
+                             name, rule)
+
     # Few pairs.
 
     def contour_agrees(self, problem, *options):
@@ -221,6 +352,8 @@ class MpiTest(unittest.TestCase):
                 self.assertEqual(many.propagator["used"], "PROPAGATOR_KIND_CONTOUR")
                 self.agree(one, many)
                 self.assertEqual(one.propagator["terms"], many.propagator["terms"])
+                # Each node is factored by one rank.
+                self.assertEqual(one.propagator["factorizations"], many.propagator["factorizations"])
                 # The blocks that travel are those of one process.
                 self.assertTrue((one.trajectory["y"] == many.trajectory["y"]).all())
         return one
@@ -231,12 +364,6 @@ class MpiTest(unittest.TestCase):
 
     def test_steps_with_the_nodes_of_a_contour_shared(self):
         self.contour_agrees(wall(8), "--method", "exponential-integrator", "--steps", "40", "--at", "0:0.25:1")
-
-    def test_each_node_is_factored_by_one_rank(self):
-        options = ["--propagator", "contour", "--method", "exponential-integrator", "--steps", "40", "--at", "1"]
-        one = solve(wall(8), *options, "--no-estimate-error")
-        two = solve_on(2, wall(8), *options, "--no-estimate-error")
-        self.assertEqual(one.propagator["factorizations"], two.propagator["factorizations"])
 
     # What is promised.
 

@@ -42,7 +42,8 @@ bool IsProblemName(const std::string& text) {
 }
 
 absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const ServerTarget& server,
-                                                const std::optional<v1::SolutionRule>& rule) {
+                                                const std::optional<v1::SolutionRule>& rule,
+                                                const MatrixFiles& matrix_files) {
   ProblemInput input;
   if (IsProblemName(path)) {
     if (server.address.empty()) {
@@ -66,7 +67,7 @@ absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const S
     if (absl::Status read = input.ReadDeckText({}); !read.ok()) return read;
     return input;
   }
-  absl::StatusOr<ProblemFile> file = ParseProblem(*text, SourceName(path), SayTheSame);
+  absl::StatusOr<ProblemFile> file = ParseProblem(*text, SourceName(path), SayTheSame, matrix_files);
   if (!file.ok()) return file.status();
   if (file->nonlinear && rule) {
     return absl::InvalidArgumentError("--rule: a nonlinear problem takes the rule that its g implies");

@@ -17,6 +17,7 @@
 #include "client/cli/commands/interrupt.h"
 #include "client/cli/commands/problem_input.h"
 #include "client/cli/commands/result_plot.h"
+#include "client/cli/commands/solve_ways.h"
 #include "client/cli/options/solve_option_table.h"
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/last_switchings.h"
@@ -103,8 +104,9 @@ SolveResult Thinned(const SolveResult& result, const std::set<double>& times) {
 bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1::SolveOptions::GRID_NOT_SET; }
 
 // `is_held`: CSV was not written as it came.
-absl::Status Print(const SolveCommand& command, const std::string& name, const SolveResult& result, bool is_held,
-                   std::FILE* out) {
+absl::Status Print(const SolveCommand& command, const SolveWays& ways, const std::string& name,
+                   const SolveResult& result, bool is_held, AtomicFile* file) {
+  std::FILE* const out = file ? file->stream() : stdout;
   switch (command.format) {
     case OutputFormat::kTable:
       PrintPage(name, result, out);
@@ -126,6 +128,9 @@ absl::Status Print(const SolveCommand& command, const std::string& name, const S
     case OutputFormat::kHdf5:
     case OutputFormat::kMat:
     case OutputFormat::kRaw:
+      if (ways.write_arrays) {
+        if (const auto written = ways.write_arrays(name, result, file ? file->written_path() : "")) return *written;
+      }
       return WriteArrays(command.format, name, result, out);
   }
   return absl::OkStatus();
@@ -171,13 +176,13 @@ void PrintVerdict(const SolveCommand& command, const SolveResult& result) {
 }
 
 // Prints to the file if there is one, to standard output otherwise.
-absl::Status Deliver(const SolveCommand& command, const std::string& name, const SolveResult& result, bool is_held,
-                     AtomicFile* file) {
+absl::Status Deliver(const SolveCommand& command, const SolveWays& ways, const std::string& name,
+                     const SolveResult& result, bool is_held, AtomicFile* file) {
   if (file == nullptr) {
-    const absl::Status printed = Print(command, name, result, is_held, stdout);
+    const absl::Status printed = Print(command, ways, name, result, is_held, nullptr);
     return printed.ok() ? FlushStream(stdout, "standard output") : printed;
   }
-  if (absl::Status printed = Print(command, name, result, is_held, file->stream()); !printed.ok()) {
+  if (absl::Status printed = Print(command, ways, name, result, is_held, file); !printed.ok()) {
     return WithFile(printed, file->path());
   }
   const bool whole = !IsStopped(result.summary.termination());
@@ -244,11 +249,14 @@ absl::StatusOr<SolveResult> SolveWithHigherLimits(const SolveCommand& command, v
 
 }  // namespace
 
-ExitCode Run(const SolveCommand& command) {
+ExitCode Run(const SolveCommand& command) { return Run(command, SolveWays()); }
+
+ExitCode Run(const SolveCommand& command, SolveWays ways) {
   auto reading = !command.quiet && command.problem_path != "-"
                      ? std::make_unique<WaitView>("reads " + command.problem_path)
                      : nullptr;
-  absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
+  absl::StatusOr<ProblemInput> input =
+      ProblemInput::Read(command.problem_path, command.server, command.rule, ways.matrix_files);
   reading.reset();
   if (!input.ok()) return PrintError(input.status(), kBadInput);
   if (!command.quiet) input->PrintNotes();
@@ -263,8 +271,11 @@ ExitCode Run(const SolveCommand& command) {
   if (!output.ok()) return PrintError(output.status(), kBadInput);
   // After reading, which Ctrl-C ends as always.
   const Interrupt interrupt;
-  const auto backend = MakeBackend(command.server, command.quiet);
-  if (!backend.ok()) return PrintError(backend.status(), kBadInput);
+  if (!ways.backend) {
+    auto backend = MakeBackend(command.server, command.quiet);
+    if (!backend.ok()) return PrintError(backend.status(), kBadInput);
+    ways.backend = *std::move(backend);
+  }
 
   const CallLimits limits{.deadline = std::chrono::duration<double>(command.deadline_s), .stop = interrupt.token()};
   const absl::Status fetched = input->FetchUploaded(limits);
@@ -292,18 +303,18 @@ ExitCode Run(const SolveCommand& command) {
 
   std::FILE* const stream = *output ? (*output)->stream() : stdout;
   const auto begin = std::chrono::steady_clock::now();
-  auto result = Watch(command, *input, request, **backend, stream, limits);
+  auto result = Watch(command, *input, request, *ways.backend, stream, limits);
   if (result.ok() && input->ReachedLimit(result->summary)) {
     const CallLimits left{.deadline = limits.deadline - (std::chrono::steady_clock::now() - begin),
                           .stop = limits.stop};
-    result = SolveWithHigherLimits(command, std::move(request), *input, **backend, stream, left);
+    result = SolveWithHigherLimits(command, std::move(request), *input, *ways.backend, stream, left);
   }
   if (!result.ok()) return PrintCallError(result.status(), input->source());
   input->AddConcerns(result->summary);
 
   const SolveResult thinned = curves ? Thinned(*result, table_times) : SolveResult();
   const SolveResult& shown = curves ? thinned : *result;
-  const absl::Status delivered = Deliver(command, input->title(), shown, input->HasLimits(), output->get());
+  const absl::Status delivered = Deliver(command, ways, input->title(), shown, input->HasLimits(), output->get());
   if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
   if (!command.quiet) {
     const v1::Method used = result->summary.method();

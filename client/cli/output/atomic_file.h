@@ -29,6 +29,8 @@ class AtomicFile {
 
   std::FILE* stream() { return stream_; }
   const std::string& path() const { return path_; }
+  // Where the content is until Commit(), for whoever writes to it beside stream().
+  const std::string& written_path() const { return is_direct() ? path_ : temporary_; }
 
   // Errors: Internal if the content could not be written (disk full); then an existing file is unchanged.
   absl::Status Commit();

@@ -16,12 +16,15 @@
 #define DLCS_CLIENT_CLI_OUTPUT_RESULT_ARRAYS_H_
 
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "client/result/solve_result.h"
 
 namespace dlcs::client {
@@ -65,6 +68,12 @@ absl::Status WriteMat(const ResultArrays& all, std::FILE* out);
 absl::Status WriteRaw(const std::string& title, const SolveResult& result, std::FILE* out);
 // A dataset for each array and for the names; the summary is an attribute of the file.
 absl::Status WriteHdf5(const ResultArrays& all, std::FILE* out);
+
+// Such a file at `path` with room for the arrays that are not empty and have no values here: some are written later,
+// perhaps by others. Returns where in the file the values of each begin, as numbers of 64 bits in the order of bytes of
+// this machine; by their names. Errors: Internal if it cannot be written.
+absl::StatusOr<std::map<std::string, std::uint64_t>> WriteHdf5WithRoom(const ResultArrays& all,
+                                                                       const std::string& path);
 
 }  // namespace dlcs::client
 

@@ -28,19 +28,40 @@ class Hdf5Object {
   herr_t (*close_)(hid_t);
 };
 
+// What all datasets are made with; to be closed.
+hid_t OpenDatasetCreation() {
+  const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_obj_track_times(creation, false);  // the same result is the same file
+  return creation;
+}
+
 bool WriteDataset(hid_t file, const char* name, hid_t stored_type, hid_t type, const Hdf5Object& space,
                   const void* data, bool empty) {
-  const Hdf5Object creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(creation, false);  // the same result is the same file
+  const Hdf5Object creation(OpenDatasetCreation(), H5Pclose);
   const Hdf5Object dataset(H5Dcreate2(file, name, stored_type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
   return dataset >= 0 && (empty || H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
 }
 
-bool WriteHdf5Array(hid_t file, const ResultArray& array) {
+Hdf5Object SpaceOf(const ResultArray& array) {
   const std::array<hsize_t, 2> shape = {array.rows, array.columns};
-  const Hdf5Object space(H5Screate_simple(array.is_list ? 1 : 2, shape.data(), nullptr), H5Sclose);
-  return WriteDataset(file, array.name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, space, array.values.data(),
+  return Hdf5Object(H5Screate_simple(array.is_list ? 1 : 2, shape.data(), nullptr), H5Sclose);
+}
+
+bool WriteHdf5Array(hid_t file, const ResultArray& array) {
+  return WriteDataset(file, array.name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, SpaceOf(array), array.values.data(),
                       array.values.empty());
+}
+
+bool NeedsRoom(const ResultArray& array) { return array.values.empty() && array.rows > 0 && array.columns > 0; }
+
+// Returns where its values begin; HADDR_UNDEF if it cannot be made.
+haddr_t MakeRoom(hid_t file, const ResultArray& array) {
+  const Hdf5Object creation(OpenDatasetCreation(), H5Pclose);
+  H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);
+  H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER);
+  const Hdf5Object dataset(
+      H5Dcreate2(file, array.name, H5T_NATIVE_DOUBLE, SpaceOf(array), H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
+  return dataset >= 0 ? H5Dget_offset(dataset) : HADDR_UNDEF;
 }
 
 // Texts of one length, padded with zeros.
@@ -87,6 +108,28 @@ absl::Status WriteImage(hid_t file, std::FILE* out) {
 }
 
 }  // namespace
+
+absl::StatusOr<std::map<std::string, std::uint64_t>> WriteHdf5WithRoom(const ResultArrays& all,
+                                                                       const std::string& path) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // or it prints its errors
+  const Hdf5Object file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+  bool written = file >= 0;
+  std::map<std::string, std::uint64_t> places;
+  for (const ResultArray& array : all.arrays) {
+    if (!written) break;
+    if (!NeedsRoom(array)) {
+      written = WriteHdf5Array(file, array);
+      continue;
+    }
+    const haddr_t place = MakeRoom(file, array);
+    written = place != HADDR_UNDEF;
+    places[array.name] = place;
+  }
+  for (const auto& [name, names] : all.names) written = written && WriteNames(file, name, names);
+  written = written && WriteAttribute(file, "summary", all.summary);
+  if (!written || H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) return absl::InternalError("cannot make an HDF5 file");
+  return places;
+}
 
 absl::Status WriteHdf5(const ResultArrays& all, std::FILE* out) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // or it prints its errors

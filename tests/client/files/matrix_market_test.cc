@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -58,6 +59,28 @@ TEST(MatrixMarketTest, ReadsAnArrayColumnByColumn) {
   EXPECT_THAT(dense.values(), ElementsAre(1, 3, 5, 2, 4, 6));
   EXPECT_THAT(Parsed("%%MatrixMarket matrix array real symmetric\n2 2\n1\n2\n3\n").dense().values(),
               ElementsAre(1, 2, 2, 3));
+}
+
+TEST(MatrixMarketTest, ReadsSomeOfTheLinesOfAFile) {
+  const std::string file = "%%MatrixMarket matrix coordinate pattern symmetric\n% a comment\n3 3 4000000000\n1 1\n";
+  const auto head = ParseMarketHead(file, "a.mtx");
+  ASSERT_TRUE(head.ok()) << head.status();
+  EXPECT_EQ(head->rows, 3);
+  EXPECT_EQ(head->entries, 4'000'000'000);  // more than 32 bits count
+  EXPECT_EQ(file.substr(head->bytes), "\n1 1\n");
+  EXPECT_EQ(head->line, 3);
+
+  std::vector<std::tuple<int, int, double>> entries;
+  const auto add = [&](int row, int column, double value) { entries.emplace_back(row, column, value); };
+  const auto count = ParseMarketLines("% 9 9\n2 1\n\n3 3\n", 700, *head, "a.mtx", add);
+  ASSERT_TRUE(count.ok()) << count.status();
+  EXPECT_EQ(*count, 2);
+  EXPECT_THAT(entries, ElementsAre(std::tuple(1, 0, 1.0), std::tuple(0, 1, 1.0), std::tuple(2, 2, 1.0)));
+
+  const auto broken = ParseMarketLines("2 1\n3 4\n", 700, *head, "a.mtx", add);
+  EXPECT_THAT(std::string(broken.status().message()), HasSubstr("a.mtx, line 701: 4, the column of an entry"));
+  const auto split = ParseMarketLines("2\n1\n", 700, *head, "a.mtx", add);
+  EXPECT_THAT(std::string(split.status().message()), HasSubstr("line 700: an entry must stand on a line of its own"));
 }
 
 TEST(MatrixMarketTest, NamesTheLineAndWhatIsWrong) {

@@ -51,6 +51,18 @@ std::string PetscRefusalOf(const std::string& bytes) {
   return std::string(array.status().message());
 }
 
+TEST(PetscFileTest, KnowsThePlacesOfAMatrixThatNobodyReadsWhole) {
+  const auto head = ParsePetscHead(BigWords({1211216, 2147483647, 5, 2147483647, 1}));
+  ASSERT_TRUE(head.ok()) << head.status();
+  EXPECT_EQ(head->rows, 2147483647);
+  EXPECT_EQ(head->columns, 5);
+  EXPECT_EQ(head->columns_at(), 16 + 4 * std::uint64_t{2147483647});
+  EXPECT_EQ(head->values_at(), 16 + 8 * std::uint64_t{2147483647});
+  EXPECT_EQ(head->file_bytes(), 16 + 16 * std::uint64_t{2147483647});
+  EXPECT_FALSE(ParsePetscHead(BigWords({1211214, 3, 0, 0})).ok());  // a vector
+  EXPECT_FALSE(ParsePetscHead(BigWords({1211216, 3})).ok());
+}
+
 TEST(PetscFileTest, ReadsASparseMatrix) {
   const auto array = PetscOf(PetscMatrix());
   ASSERT_TRUE(array.ok()) << array.status();

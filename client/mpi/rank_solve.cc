@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/mpi/rank_solve.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "client/cli/output/atomic_file.h"
+#include "client/cli/output/result_arrays.h"
+#include "client/files/json_text.h"
+#include "client/local/local_backend.h"
+#include "client/mpi/row_files.h"
+#include "core/mpi/trajectory_parts.h"
+
+namespace dlcs::client {
+namespace {
+
+// By the key of the problem file.
+using Operators = std::map<std::string, std::shared_ptr<const DistributedOperator>>;
+
+bool StepsIteratively(const v1::SolveOptions& options) {
+  return options.method() == v1::METHOD_TIME_STEPPING && options.propagator() == v1::PROPAGATOR_KIND_ITERATIVE_STEPPING;
+}
+
+// Whether nobody needs more of the trajectory than its rank has.
+bool MayStayWithRanks(const SolveCommand& command) {
+  const v1::SolveOptions& options = command.options;
+  const bool compares_solves = !options.has_estimate_error() || options.estimate_error();
+  std::error_code ignored;
+  const bool is_placed =
+      !std::filesystem::exists(command.output, ignored) || std::filesystem::is_regular_file(command.output, ignored);
+  return StepsIteratively(options) && options.grid_case() != v1::SolveOptions::GRID_NOT_SET && !compares_solves &&
+         command.format == OutputFormat::kHdf5 && !IsStandardOutput(command.output) && is_placed &&
+         std::endian::native == std::endian::little;
+}
+
+// Whether all ranks read the same text, so that they call the same functions for its files.
+bool HaveSameText(const std::string& path, MpiTeam& team) {
+  constexpr int kExact = 32;  // bits, which a double holds
+  const auto text = ReadTextFile(path);
+  const double hash = text.ok() ? static_cast<double>(std::hash<std::string>()(*text) >> kExact) : -1;
+  return team.Max(hash) == -team.Max(-hash) && hash >= 0;
+}
+
+// A matrix of this shape without entries.
+v1::Matrix StandIn(const DistributedOperator& matrix) {
+  v1::Matrix shape;
+  shape.mutable_sparse()->set_rows(static_cast<std::int32_t>(matrix.rows()));
+  shape.mutable_sparse()->set_columns(static_cast<std::int32_t>(matrix.cols()));
+  return shape;
+}
+
+// Puts the matrices that were read by rows in the place of those that stand for them.
+void PutOperators(const Operators& operators, Problem& problem) {
+  const std::pair<const char*, StructuredMatrix*> places[] = {{"A", &problem.A}, {"B", &problem.B}, {"N", &problem.N}};
+  for (const auto& [key, matrix] : places) {
+    if (const auto found = operators.find(key); found != operators.end()) {
+      *matrix = StructuredMatrix(std::shared_ptr<const LinearOperator>(found->second));
+    }
+  }
+}
+
+// Writes the arrays that rank 0 has and makes room for those of all, which follow.
+absl::StatusOr<std::map<std::string, std::uint64_t>> WriteFrame(const std::string& title, const SolveResult& result,
+                                                                const TrajectoryParts& parts, const std::string& path) {
+  ResultArrays all = ArraysOf(title, result);
+  // Names that count alone would take as much as columns do.
+  all.names.clear();
+  if (!result.names.states.empty()) all.names.push_back({"state_names", result.names.states});
+  if (!result.names.pairs.empty()) all.names.push_back({"pair_names", result.names.pairs});
+  const auto count = [](Index size) { return static_cast<std::size_t>(size); };
+  for (const LeftLimit& limit : parts.left_limits) {
+    all.left_times.push_back(result.times[count(limit.column)]);
+    all.left_y.insert(all.left_y.end(), limit.y.begin(), limit.y.end());
+    all.left_w.insert(all.left_w.end(), limit.w.begin(), limit.w.end());
+  }
+  const std::size_t limits = all.left_times.size(), pairs = count(parts.pairs.size());
+  all.arrays.clear();
+  all.arrays.push_back({.name = "t", .values = result.times, .rows = result.times.size(), .is_list = true});
+  const std::pair<const char*, Index> of_ranks[] = {
+      {"x", parts.states.size()}, {"y", parts.pairs.size()}, {"w", parts.pairs.size()}};
+  for (const auto& [name, columns] : of_ranks) {
+    all.arrays.push_back({.name = name, .values = {}, .rows = result.times.size(), .columns = count(columns)});
+  }
+  all.arrays.push_back({.name = "switching_times", .values = {}, .is_list = true});
+  all.arrays.push_back({.name = "left_times", .values = all.left_times, .rows = limits, .is_list = true});
+  all.arrays.push_back({.name = "left_y", .values = all.left_y, .rows = limits, .columns = pairs});
+  all.arrays.push_back({.name = "left_w", .values = all.left_w, .rows = limits, .columns = pairs});
+  return WriteHdf5WithRoom(all, path);
+}
+
+// On all ranks; `path` is that of the first one.
+absl::Status WriteParts(const std::string& title, const SolveResult& result, const std::string& own_path,
+                        MpiTeam& team) {
+  const TrajectoryParts parts = *std::exchange(team.trajectory(), std::nullopt);
+  std::map<std::string, std::uint64_t> places;
+  absl::Status made;
+  if (team.rank() == 0) {
+    auto frame = WriteFrame(title, result, parts, own_path);
+    made = frame.status();
+    if (frame.ok()) places = *std::move(frame);
+  }
+  if (const std::string error = team.FirstText(std::string(made.message())); !error.empty()) {
+    return absl::InternalError(error);
+  }
+  const std::string path = team.TextOf(0, own_path);
+  const std::pair<const char*, const Matrix*> arrays[] = {{"x", &parts.x}, {"y", &parts.y}, {"w", &parts.w}};
+  for (const auto& [name, part] : arrays) {
+    double place = static_cast<double>(places[name]);  // exact up to 2⁵³
+    team.Share(0, &place, 1);
+    if (part->cols() == 0) continue;
+    const Ownership& rows = part == &parts.x ? parts.states : parts.pairs;
+    const std::string error = WriteTogether(path, static_cast<std::uint64_t>(place), *part, rows, team);
+    if (!error.empty()) return absl::InternalError(error);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+SolveWays WaysOfRanks(const SolveCommand& command, MpiTeam& team) {
+  SolveWays ways;
+  if (!StepsIteratively(command.options) || !HaveSameText(command.problem_path, team)) return ways;
+  if (MayStayWithRanks(command)) team.KeepTrajectories();
+  const auto operators = std::make_shared<Operators>();
+  ways.matrix_files = [&team, operators](const std::string& place,
+                                         const std::string& path) -> std::optional<absl::StatusOr<v1::Matrix>> {
+    if (place != "A" && place != "B" && place != "N") return std::nullopt;
+    if (team.Any(!IsReadByRows(path))) return std::nullopt;
+    auto matrix = ReadByRows(path, team);
+    if (!matrix.ok()) return matrix.status();
+    operators->insert_or_assign(place, *matrix);
+    return StandIn(**matrix);
+  };
+  ways.backend = std::make_unique<LocalBackend>(LocalHooks{
+      .on_problem = [operators](Problem& problem) { PutOperators(*operators, problem); },
+      .has_no_trajectory = [&team] { return team.trajectory().has_value(); },
+  });
+  ways.write_arrays = [&team](const std::string& title, const SolveResult& result,
+                              const std::string& path) -> std::optional<absl::Status> {
+    if (!team.trajectory()) return std::nullopt;
+    return WriteParts(title, result, path, team);
+  };
+  return ways;
+}
+
+}  // namespace dlcs::client
