@@ -5,22 +5,17 @@
 #define DLCS_CLIENT_FILES_JSON_READER_H_
 
 #include <cstddef>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
+#include "client/files/matrix_files.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
-
-// Reads a matrix that a file names at `place`, as in A, otherwise than whole: where the file at `path` is read by rows,
-// what stands for it here is a matrix of its shape without entries. Nothing for a file that is to be read as always.
-using MatrixFiles =
-    std::function<std::optional<absl::StatusOr<v1::Matrix>>(const std::string& place, const std::string& path)>;
 
 // If a value is wrong, the Read functions return nothing and record an error with path, value and rule ("x0[1] is a
 // string ("abc"); must be a number"). `path` is the place of the value as the user would write it. Not thread-safe; one

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "client/files/json_reader.h"
+#include "client/files/matrix_files.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {

@@ -60,11 +60,11 @@ class DeadlineTimer {
 };
 
 // A trajectory or a system beyond the memory of this machine is refused at once; allocating it would stall the machine.
-SessionLimits LimitsOfThisMachine() {
+SessionLimits LimitsOfThisMachine(int processes = 1) {
   // The least memory that a solve needs for a state or a pair: the rows of its matrices and vectors.
   constexpr std::int64_t kBytesPerRow = 128;
   SessionLimits limits;
-  limits.max_result_bytes = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
+  limits.max_result_bytes = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE) * processes;
   limits.max_states = limits.max_constraints = limits.max_result_bytes / kBytesPerRow;
   return limits;
 }
@@ -116,7 +116,7 @@ absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
   const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
   ResultCollector collector(request, limits.keep_trajectory);
   CallbackSink sink(collector, on_event);
-  absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request, LimitsOfThisMachine());
+  absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request, LimitsOfThisMachine(hooks_.processes));
   if (!prepared.ok()) return Describe(prepared.status());
   auto* const problem = std::get_if<Problem>(&prepared->system);
   if (problem && hooks_.on_problem) hooks_.on_problem(*problem);

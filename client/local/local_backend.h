@@ -22,6 +22,8 @@ struct LocalHooks {
   std::function<void(Problem&)> on_problem;
   // Whether the trajectory of the last solve is elsewhere: the result then has its times alone. May be empty.
   std::function<bool()> has_no_trajectory;
+  // That share a trajectory, each with as much memory as this one.
+  int processes = 1;
 };
 
 // The only limit is the machine: a trajectory larger than its memory is ResourceExhausted. Events come from the calling

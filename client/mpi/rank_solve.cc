@@ -20,6 +20,7 @@
 #include "client/local/local_backend.h"
 #include "client/mpi/row_files.h"
 #include "core/mpi/trajectory_parts.h"
+#include "core/problem/problem.h"
 
 namespace dlcs::client {
 namespace {
@@ -144,6 +145,7 @@ SolveWays WaysOfRanks(const SolveCommand& command, MpiTeam& team) {
   ways.backend = std::make_unique<LocalBackend>(LocalHooks{
       .on_problem = [operators](Problem& problem) { PutOperators(*operators, problem); },
       .has_no_trajectory = [&team] { return team.trajectory().has_value(); },
+      .processes = team.keeps_trajectories() ? team.size() : 1,
   });
   ways.write_arrays = [&team](const std::string& title, const SolveResult& result,
                               const std::string& path) -> std::optional<absl::Status> {

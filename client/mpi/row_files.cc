@@ -11,7 +11,6 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
@@ -78,9 +77,11 @@ std::uint64_t ShareBegin(std::uint64_t count, int rank, int ranks) {
   return count / p * r + count % p * r / p;
 }
 
-absl::Status TooManyEntries(const std::string& path) {
-  return absl::ResourceExhaustedError(fmt::format("{}: a rank would have more than {} entries: start more ranks", path,
-                                                  std::numeric_limits<int>::max()));
+// Whether a rank can have so many entries, which all know.
+absl::Status CheckEntriesOf(const std::string& path, double entries) {
+  if (entries <= static_cast<double>(kMostEntries)) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      fmt::format("{}: a rank would have more than {} entries: start more ranks", path, kMostEntries));
 }
 
 // Matrix Market.
@@ -187,7 +188,7 @@ absl::StatusOr<RowMajorMatrix> ReadMarketRows(const PlacedFile& file, const Mark
   try {
     return exchange.Finish();
   } catch (const std::length_error& error) {
-    return TooManyEntries(file.path());
+    return absl::ResourceExhaustedError(fmt::format("{}: {}", file.path(), error.what()));
   }
 }
 
@@ -277,9 +278,8 @@ absl::StatusOr<RowMajorMatrix> ReadPetscRows(const PlacedFile& file, const Petsc
     return absl::InvalidArgumentError(
         fmt::format("{} is damaged: the lengths of its rows do not add up to {} entries", file.path(), head.entries));
   }
-  if (*std::max_element(counts.begin(), counts.end()) > std::numeric_limits<int>::max()) {
-    return TooManyEntries(file.path());
-  }
+  const double most = *std::max_element(counts.begin(), counts.end());
+  if (absl::Status few = CheckEntriesOf(file.path(), most); !few.ok()) return few;
   auto block = ReadPetscBlock(file, head, first, *lengths, static_cast<std::uint64_t>(before));
   if (absl::Status read = Agreed(block.status(), team); !read.ok()) return read;
   return block;

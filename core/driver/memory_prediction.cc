@@ -7,6 +7,7 @@
 
 #include "core/discretization/step_cache.h"
 #include "core/linalg/multigrid_solver.h"
+#include "core/parallel/team.h"
 
 namespace dlcs {
 namespace {
@@ -83,10 +84,14 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
              LengthsKept(grid, problem.num_states()) *
                  SparseStepBytes(problem, propagator.factor_nonzeros > 0 ? propagator.factor_nonzeros : in_the_plane);
     }
-    case PropagatorKind::kIterativeStepping:
+    case PropagatorKind::kIterativeStepping: {
+      Team& team = Team::Current();
+      const double processes = team.distributed_steps() ? team.size() : 1;
       // Blocks have eight steps at least.
-      return trajectory + LengthsKept(grid, problem.num_states()) * IterativeStepBytes(problem) +
-             kColumnsOfARun * std::min(m * steps, std::max(8 * m, 2e6)) * kNumber;
+      const double shared = LengthsKept(grid, problem.num_states()) * IterativeStepBytes(problem) +
+                            kColumnsOfARun * std::min(m * steps, std::max(8 * m, 2e6)) * kNumber;
+      return trajectory + shared / processes;
+    }
     case PropagatorKind::kKroneckerSum:
     case PropagatorKind::kContour:
       return trajectory + couplings + kernel + run_columns + kColumnsOfARun * m * kNumber +

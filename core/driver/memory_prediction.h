@@ -11,9 +11,9 @@
 
 namespace dlcs {
 
-// Bytes held at the same time: matrices or factors of the propagator, the kernel, the columns of a run, the trajectory.
-// Accurate to a factor of about two. The fill of sparse factors is assumed to be that of a two-dimensional grid, unless
-// `propagator` knows it.
+// Bytes that this process holds at the same time: matrices or factors of the propagator, the kernel, the columns of a
+// run, the trajectory. Accurate to a factor of about two. The fill of sparse factors is assumed to be that of a
+// two-dimensional grid, unless `propagator` knows it.
 double PredictBytes(const Problem& problem, const Grid& grid, Method method, const PropagatorChoice& propagator);
 
 // The matrices of steps by sparse factors with `factor_nonzeros` entries.

@@ -6,6 +6,9 @@
 
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,10 +18,23 @@ namespace dlcs {
 
 using RowMajorMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-// The entries of a row may come in any order, in different columns.
+// The most entries of a matrix, which counts them in 32 bits.
+inline constexpr Index kMostEntries = std::numeric_limits<int>::max();
+// Throws std::length_error if there would be more.
+inline void CheckEntries(Index entries) {
+  if (entries > kMostEntries) {
+    throw std::length_error("a process would have more than " + std::to_string(kMostEntries) +
+                            " entries of a matrix: start more ranks");
+  }
+}
+
+// The entries of a row may come in any order, in different columns. Throws std::length_error for too many entries.
 class RowWriter {
  public:
-  RowWriter(Index rows, Index columns, Index most_entries) : matrix_(rows, columns) { matrix_.reserve(most_entries); }
+  RowWriter(Index rows, Index columns, Index most_entries) : matrix_(rows, columns) {
+    CheckEntries(most_entries);
+    matrix_.reserve(most_entries);
+  }
 
   void Add(Index column, double value) { entries_.emplace_back(column, value); }
   void EndRow() {
@@ -28,10 +44,12 @@ class RowWriter {
     entries_.clear();
     ++row_;
   }
-  // After the last row.
+  // After the last row. Swapped, here and elsewhere, since sparse matrices of Eigen 3.4 are copied where they are moved.
   RowMajorMatrix Finish() {
     matrix_.finalize();
-    return std::move(matrix_);
+    RowMajorMatrix finished;
+    finished.swap(matrix_);
+    return finished;
   }
 
  private:

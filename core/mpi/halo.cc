@@ -98,8 +98,8 @@ DistributedRows::DistributedRows(const RowMajorMatrix& rows, const Ownership& co
     to_own.EndRow();
     to_outside.EndRow();
   }
-  own = to_own.Finish();
-  outside = to_outside.Finish();
+  to_own.Finish().swap(own);
+  to_outside.Finish().swap(outside);
 }
 
 RowMajorMatrix DistributedMatrix::Rows(const Ownership& columns, const std::vector<Index>& own_columns) const {

@@ -84,9 +84,9 @@ struct HypreSolver::Cycle {
   HYPRE_Solver multigrid = nullptr;
 };
 
-HypreSolver::HypreSolver(DistributedRows K, const Ownership& unknowns, bool is_symmetric, Workers& workers,
+HypreSolver::HypreSolver(const DistributedRows& K, const Ownership& unknowns, bool is_symmetric, Workers& workers,
                          MpiTeam& team)
-    : KrylovSolver(Compressed(K.own), is_symmetric, workers, team), mpi_(team), halo_(std::move(K.halo)) {
+    : KrylovSolver(Compressed(K.own), is_symmetric, workers, team), mpi_(team), halo_(K.halo) {
   outside_ = Compressed(K.outside);
   first_number_ = unknowns.first(team.rank());
   for (const Index unknown : halo_.unknowns()) outside_numbers_.push_back(unknowns.number(unknown));

@@ -27,7 +27,7 @@ void EndHypre();
 class HypreSolver final : public KrylovSolver {
  public:
   // `unknowns` distributes rows and columns of K.
-  HypreSolver(DistributedRows K, const Ownership& unknowns, bool is_symmetric, Workers& workers, MpiTeam& team);
+  HypreSolver(const DistributedRows& K, const Ownership& unknowns, bool is_symmetric, Workers& workers, MpiTeam& team);
   ~HypreSolver() override;
 
   void Expand(const Vector& x) override;

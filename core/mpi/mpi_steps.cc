@@ -119,7 +119,7 @@ std::unique_ptr<IterativeStep> PartOfStep(const PartOfProblem& part, double step
                                           const Ownership& states, const Ownership& pairs, Workers& workers,
                                           MpiTeam& team, double tolerance) {
   const StepRule step_rule(part.problem(), step, rule, theta);
-  std::optional<RowsOfStates> rows = part.States();
+  std::unique_ptr<const RowsOfStates> rows(new RowsOfStates(part.States()));  // make_unique() would copy them
   const UnknownsOfRanks of_ranks(states, part.pairs(), rows->B, pairs, team);
   const Ownership& unknowns = of_ranks.ownership();
   IterativeSystem system =
@@ -144,9 +144,11 @@ std::unique_ptr<IterativeStep> PartOfStep(const PartOfProblem& part, double step
     diagonal[static_cast<Index>(bounded.size())] = system.K.coeff(pair.unknown, number);
     bounded.push_back(pair.bound());
   }
-  DistributedRows K(system.K, unknowns, team);
-  system.K = RowMajorMatrix();
-  auto linear = std::make_unique<HypreSolver>(std::move(K), unknowns, is_symmetric, workers, team);
+  std::optional<DistributedRows> K;
+  K.emplace(system.K, unknowns, team);
+  RowMajorMatrix().swap(system.K);
+  auto linear = std::make_unique<HypreSolver>(*K, unknowns, is_symmetric, workers, team);
+  K.reset();
   auto solver = std::make_unique<BoundedSolver>(std::move(linear), std::move(diagonal), std::move(bounded), workers);
   return std::make_unique<IterativeStep>(step_rule, std::move(system), std::move(solver), team, tolerance);
 }

@@ -14,6 +14,8 @@ MpiTeam::MpiTeam(MPI_Comm communicator) : communicator_(communicator) {
   steps_ = std::make_unique<MpiSteps>(*this);
 }
 
+MpiTeam::~MpiTeam() = default;
+
 void MpiTeam::Share(int owner, double* values, Index count) {
   constexpr Index kAtOnce = Index{1} << 27;  // counts of MPI are int
   for (Index begin = 0; begin < count; begin += kAtOnce) {

@@ -14,13 +14,13 @@
 
 #include "core/mpi/trajectory_parts.h"
 #include "core/parallel/team.h"
-#include "core/stepping/distributed_steps.h"
 
 namespace dlcs {
 
 class MpiTeam final : public Team {
  public:
   explicit MpiTeam(MPI_Comm communicator);
+  ~MpiTeam() override;
 
   int rank() const override { return rank_; }
   int size() const override { return size_; }

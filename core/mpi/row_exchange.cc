@@ -2,10 +2,7 @@
 #include "core/mpi/row_exchange.h"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
-#include <stdexcept>
-#include <string>
 #include <tuple>
 #include <utility>
 
@@ -22,6 +19,7 @@ class RowFiller {
   void Count(Index row) { ++next_[static_cast<std::size_t>(row) + 1]; }
   void Allocate() {
     std::partial_sum(next_.begin(), next_.end(), next_.begin());
+    CheckEntries(next_.back());
     matrix_.resizeNonZeros(next_.back());
     std::transform(next_.begin(), next_.end(), matrix_.outerIndexPtr(), [](Index k) { return static_cast<int>(k); });
   }
@@ -30,7 +28,11 @@ class RowFiller {
     matrix_.innerIndexPtr()[k] = static_cast<int>(column);
     matrix_.valuePtr()[k] = value;
   }
-  RowMajorMatrix Take() { return std::move(matrix_); }
+  RowMajorMatrix Take() {
+    RowMajorMatrix taken;
+    taken.swap(matrix_);
+    return taken;
+  }
   // The same for rows whose entries were put in any order.
   RowMajorMatrix TakeSorted() {
     std::vector<std::pair<int, double>> entries;
@@ -151,12 +153,9 @@ void RowExchange::Send() {
 }
 
 RowMajorMatrix RowExchange::Finish() {
-  constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<int>::max());
   std::size_t count = 0;
   for (const std::vector<Entry>& arrived : received_) count += arrived.size();
-  if (team_.Any(count > kMost)) {
-    throw std::length_error("a rank has more than " + std::to_string(kMost) + " entries of a matrix: start more ranks");
-  }
+  CheckEntries(static_cast<Index>(team_.Max(static_cast<double>(count))));
   RowFiller filler(rows_.count(team_.rank()), columns_);
   const auto for_all = [this](const auto& act) {
     for (const std::vector<Entry>& arrived : received_) std::for_each(arrived.begin(), arrived.end(), act);

@@ -207,7 +207,7 @@ IterativeSystem AssembleRows(const StepRule& rule, const RowsOfStates& states, R
     system.norm_of_pair_states = NanMax(system.norm_of_pair_states, of_states);
     system.norm_of_pairs = NanMax(system.norm_of_pairs, of_pairs);
   }
-  system.K = K.Finish();
+  K.Finish().swap(system.K);
   return system;
 }
 

@@ -199,6 +199,8 @@ class MpiTest(unittest.TestCase):
                 self.agree(one, many)
                 self.certificates_agree(one, many)
                 self.assertEqual(many.propagator["used"], "PROPAGATOR_KIND_ITERATIVE_STEPPING")
+                if count > 1:  # of each rank
+                    self.assertLess(many.cost["predicted_bytes"], one.cost["predicted_bytes"])
                 active = [(result.trajectory["y"] > 0) for result in (one, many)]
                 self.assertTrue((active[0] == active[1]).all())
                 iterations.append(int(many.propagator["linear_iterations"]))
@@ -337,8 +339,8 @@ class MpiTest(unittest.TestCase):
                 with open(path(name), "wb") as file:
                     file.write(content if isinstance(content, bytes) else content.encode())
                 form = {"file": name} if name.endswith("petsc") else {"matrix_market": name}
-                self.refused([*LAUNCHER, "-n", "2", str(DLCS_MPI), "solve", problem_file("bad.json", A=form), *ITERATIVE],
-                             name, rule)
+                both = [*LAUNCHER, "-n", "2", str(DLCS_MPI), "solve", problem_file("bad.json", A=form), *ITERATIVE]
+                self.refused(both, name, rule)
 
     # Few pairs.
 

@@ -11,7 +11,7 @@
 
 #include "absl/status/status.h"
 #include "client/cli/commands/commands.h"
-#include "client/files/json_reader.h"
+#include "client/files/matrix_files.h"
 #include "client/result/backend.h"
 
 namespace dlcs::client {
