@@ -15,8 +15,8 @@ namespace dlcs::client {
 
 // Reads a matrix that a problem file names at `place`, as in A, in the file at `path`. Where that is read by rows, what
 // stands for it in the problem is a matrix of its shape without entries. Nothing for a file that is to be read whole.
-using MatrixFiles = std::function<std::optional<absl::StatusOr<v1::Matrix>>(const std::string& place,
-                                                                            const std::string& path)>;
+using MatrixFiles =
+    std::function<std::optional<absl::StatusOr<v1::Matrix>>(const std::string& place, const std::string& path)>;
 
 }  // namespace dlcs::client
 

@@ -44,7 +44,7 @@ class RowWriter {
     entries_.clear();
     ++row_;
   }
-  // After the last row. Swapped, here and elsewhere, since sparse matrices of Eigen 3.4 are copied where they are moved.
+  // After the last row. Swapped, as elsewhere, since Eigen 3.4 copies sparse matrices that are moved.
   RowMajorMatrix Finish() {
     matrix_.finalize();
     RowMajorMatrix finished;
