@@ -200,7 +200,7 @@ class MpiTest(unittest.TestCase):
                 self.certificates_agree(one, many)
                 self.assertEqual(many.propagator["used"], "PROPAGATOR_KIND_ITERATIVE_STEPPING")
                 if count > 1:  # of each rank
-                    self.assertLess(many.cost["predicted_bytes"], one.cost["predicted_bytes"])
+                    self.assertLess(int(many.cost["predicted_bytes"]), int(one.cost["predicted_bytes"]))
                 active = [(result.trajectory["y"] > 0) for result in (one, many)]
                 self.assertTrue((active[0] == active[1]).all())
                 iterations.append(int(many.propagator["linear_iterations"]))
