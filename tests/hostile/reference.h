@@ -2,13 +2,13 @@
 // The second opinion: from event to event with exact exponentials of the modes, in 106 bits, from the stored doubles
 // exactly. Nothing of the engine is used.
 //
-// In a mode x and the sources obey one linear equation z' = A z; its exponential is squared up from a short series, all
-// powers kept, so that z is known at every dyadic fraction of a step. A step is accepted where polynomials through 17
-// values agree with 16 others to 1e-18 of the numbers that were summed (exponential sums that are that smooth hide
-// nothing between); what must stay nonnegative is searched for its first zero by Bernstein coefficients, and the zero
-// is refined on exact values. The mode behind an event, at 0 and behind a kink of the sources is the first, in the
-// order of changes to the one before, whose y and w are lexicographically nonnegative with their derivatives. Modes are
-// found by enumeration.
+// In a mode x and the sources obey one linear equation z' = A z; its exponential, without the identity, is doubled from
+// a short series, all powers kept, so that z is known at every dyadic fraction of a step. A step is accepted where
+// polynomials through 17 values agree with 16 others to 1e-18 of the numbers that were summed (exponential sums that
+// are that smooth hide nothing between); what must stay nonnegative is searched for its first zero by Bernstein
+// coefficients, and the zero is refined on exact values. The mode behind an event, at 0 and behind a kink of the
+// sources is the first, in the order of changes to the one before, whose y and w are lexicographically nonnegative with
+// their derivatives. Modes are found by enumeration.
 
 #ifndef DLCS_TESTS_HOSTILE_REFERENCE_H_
 #define DLCS_TESTS_HOSTILE_REFERENCE_H_
