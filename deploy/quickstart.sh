@@ -78,7 +78,7 @@ solve() { # PROBLEM OPTION...
 }
 
 start=$SECONDS
-headline "Packages and build (the first time takes some five minutes on two cores)"
+headline "Packages and build (the first time takes five to ten minutes on two cores)"
 install_and_build
 echo "Built $build/client/dlcs and $build/server/dlcsd in $((SECONDS - start)) s."
 
