@@ -54,10 +54,9 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   const Vector y_check = ValueOf(step.y, at_check);
   Measure(x_check, y_check, sources.g_at_check, active, between_nodes_, certificate_.midpoint_complementarity);
   const Vector slope = problem_.A * x_check + problem_.B * y_check + sources.f_at_check;
-  const Vector x_slope = 2 / sources.length * ValueOf(step.x, LegendreSlopes(at_check));
   slope_size_ = slope_size_.cwiseMax(problem_.A.AbsTimes(x_check.cwiseAbs()) + problem_.B.AbsTimes(y_check.cwiseAbs()) +
                                      sources.f_at_check.cwiseAbs());
-  RaiseRowMaxAbs(x_slope - slope, defect_);
+  RaiseRowMaxAbs(SlopeAt(step, sources, sources.check_s) - slope, defect_);
   // What stays zero is not zero to the last bit: a state is a sum of what it moves by, y of the terms that cancel in
   // it.
   constexpr double kOfTerms = 1e-8;

@@ -278,7 +278,7 @@ void ModeStepper::TakeSlopesOfStates(const Vector& x_noise, Solution& solution) 
   for (Index i = 0; i < noise.size(); ++i) {
     const bool has_digits = solution.slope_noise[i] < solution.slope.row(i).cwiseAbs().sum();
     if (has_digits || !(noise[i] < solution.slope_noise[i])) continue;
-    solution.slope.row(i) = 1 / half_ * DerivativeOf<Eigen::Matrix<double, 1, kLegendreSize>>(solution.x.row(i));
+    solution.slope.row(i) = 1 / half_ * DerivativeOf(LegendreVector(solution.x.row(i))).transpose();
     solution.slope_noise[i] = noise[i];
   }
 }

@@ -107,14 +107,9 @@ absl::Status WriteImage(hid_t file, std::FILE* out) {
   return absl::OkStatus();  // whoever flushes `out` sees what was lost
 }
 
-}  // namespace
-
-absl::StatusOr<std::map<std::string, std::uint64_t>> WriteHdf5WithRoom(const ResultArrays& all,
-                                                                       const std::string& path) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // or it prints its errors
-  const Hdf5Object file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+// Adds to `places` where the values of each array begin that has only room.
+bool WriteContents(hid_t file, const ResultArrays& all, std::map<std::string, std::uint64_t>& places) {
   bool written = file >= 0;
-  std::map<std::string, std::uint64_t> places;
   for (const ResultArray& array : all.arrays) {
     if (!written) break;
     if (!NeedsRoom(array)) {
@@ -126,8 +121,18 @@ absl::StatusOr<std::map<std::string, std::uint64_t>> WriteHdf5WithRoom(const Res
     places[array.name] = place;
   }
   for (const auto& [name, names] : all.names) written = written && WriteNames(file, name, names);
-  written = written && WriteAttribute(file, "summary", all.summary);
-  if (!written || H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) return absl::InternalError("cannot make an HDF5 file");
+  return written && WriteAttribute(file, "summary", all.summary);
+}
+
+}  // namespace
+
+absl::StatusOr<std::map<std::string, std::uint64_t>> WriteHdf5WithRoom(const ResultArrays& all,
+                                                                       const std::string& path) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // or it prints its errors
+  const Hdf5Object file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+  std::map<std::string, std::uint64_t> places;
+  if (!WriteContents(file, all, places) || H5Fflush(file, H5F_SCOPE_GLOBAL) < 0)
+    return absl::InternalError("cannot make an HDF5 file");
   return places;
 }
 
@@ -137,11 +142,8 @@ absl::Status WriteHdf5(const ResultArrays& all, std::FILE* out) {
   constexpr std::size_t kGrowth = std::size_t{1} << 20;
   H5Pset_fapl_core(access, kGrowth, /*backing_store=*/0);
   const Hdf5Object file(H5Fcreate("in memory", H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
-  bool written = file >= 0;
-  for (const ResultArray& array : all.arrays) written = written && WriteHdf5Array(file, array);
-  for (const auto& [name, names] : all.names) written = written && WriteNames(file, name, names);
-  written = written && WriteAttribute(file, "summary", all.summary);
-  if (!written) return absl::InternalError("cannot make an HDF5 file");
+  std::map<std::string, std::uint64_t> places;  // none: all values are here
+  if (!WriteContents(file, all, places)) return absl::InternalError("cannot make an HDF5 file");
   return WriteImage(file, out);
 }
 
