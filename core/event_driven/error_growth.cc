@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <utility>
 
@@ -35,6 +36,32 @@ void Shrink(const Vector& excused, Matrix& errors) {
 Vector SignsLike(const Eigen::Ref<const Vector>& error, Vector otherwise) {
   for (Index i = 0; i < error.size(); ++i) {
     if (error[i] != 0) otherwise[i] = std::copysign(1, error[i]);
+  }
+  return otherwise;
+}
+
+// Rounding errors of rows: parts, between a half and one, of their bounds, with signs. A fast state may be the same
+// multiple of the bounds in all rows: by signs alone, what is left of them in slow states may cancel to nothing.
+Vector PartsOfRounding(Index size, unsigned seed) {
+  constexpr double kGoldenRatio = 0.6180339887498949;
+  Vector parts = SignsOfRounding(size, seed);
+  for (Index i = 0; i < size; ++i) {
+    const double multiple = (static_cast<double>(i) + 1 + seed) * kGoldenRatio;
+    parts[i] *= 0.5 + 0.5 * (multiple - std::floor(multiple));
+  }
+  return parts;
+}
+
+// The signs with which errors of the given sizes add most to what lasts longest of `error`, in the rows that matter to
+// it; `otherwise` in the others.
+Vector SignsThatLast(const Eigen::VectorXcd& slowest, const Vector& sizes, const Vector& error, Vector otherwise) {
+  constexpr double kMatters = 1e-3;
+  const std::complex<double> lasts = slowest.cwiseProduct(error).sum();
+  const Eigen::VectorXcd turned = lasts == 0.0 ? slowest : Eigen::VectorXcd(std::conj(lasts) * slowest);
+  const Vector parts = turned.real().cwiseProduct(sizes);
+  const double matters = kMatters * MaxAbs(parts);
+  for (Index i = 0; i < parts.size(); ++i) {
+    if (std::abs(parts[i]) > matters) otherwise[i] = std::copysign(1, parts[i]);
   }
   return otherwise;
 }
@@ -89,10 +116,10 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
     // What an ulp of the data is stays the same. For the last error it has the signs that add to it: a system with slow
     // and fast states forgets most errors, and signs at hand may all be of that kind.
     const auto seed = static_cast<unsigned>(e);
-    Vector of_data = SignsOfRounding(rounding.size(), seed);
+    Vector of_data = PartsOfRounding(rounding.size(), seed);
     const auto error = errors_.col(e);
     const Vector in_rows = mode.is_explicit() ? Vector(error) : Vector(mode.E * error);
-    if (e + 1 == kErrors) of_data = SignsLike(in_rows, of_data);
+    if (e + 1 == kErrors) of_data = SignsThatLast(mode.slowest, step.row_noise, in_rows, SignsLike(in_rows, of_data));
     rows.col(e) = of_data.cwiseProduct(step.row_noise) + Signs(e, in_rows).cwiseProduct(missed);
   }
   ModeStepper::Response response = step.stepper->Respond(errors_, rows, at);

@@ -171,6 +171,30 @@ std::vector<std::complex<double>> Eigenvalues(const PencilForm& form) {
   return eigenvalues;
 }
 
+Eigen::VectorXcd SlowestLeftVector(const PencilForm& form, const std::vector<std::complex<double>>& eigenvalues) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  const auto slower = [](std::complex<double> a, std::complex<double> b) { return a.real() < b.real(); };
+  const auto slowest = std::max_element(eigenvalues.begin(), eigenvalues.end(), slower);
+  const Index m = form.triangle.rows();
+  if (slowest == eigenvalues.end()) return Eigen::VectorXcd::Zero(m);
+  Eigen::MatrixXcd shifted = form.triangle;
+  for (Index j = 0; j < m; ++j) {
+    for (Index i = 0; i <= j; ++i) shifted(i, j) -= *slowest * form.Slope(i, j);
+  }
+  Index of_slowest = 0;
+  shifted.diagonal().cwiseAbs().minCoeff(&of_slowest);
+  Eigen::VectorXcd vector = Eigen::VectorXcd::Zero(m);
+  vector[of_slowest] = 1;
+  for (Index k = of_slowest + 1; k < m; ++k) {
+    const auto above = shifted.col(k).head(k);
+    const double smallest = kEpsilon * (above.cwiseAbs().maxCoeff() + std::abs(form.triangle(k, k)));
+    const std::complex<double> pivot = shifted(k, k);
+    const std::complex<double> sum = (vector.head(k).transpose() * above)(0);
+    if (sum != 0.0) vector[k] = -sum / (std::abs(pivot) < smallest ? smallest : pivot);
+  }
+  return (vector.transpose() * (form.left.size() > 0 ? form.left : form.inverse)).transpose();
+}
+
 }  // namespace
 
 ModeMaker::ModeMaker(const Problem& problem)
@@ -309,6 +333,7 @@ std::unique_ptr<Mode> ModeMaker::Make(std::vector<Index> active, const DataSizes
   if (!form) return nullptr;
   mode->form = *std::move(form);
   mode->eigenvalues = Eigenvalues(mode->form);
+  mode->slowest = SlowestLeftVector(mode->form, mode->eigenvalues);
   mode->rate = InfinityNorm(Balance(mode->dynamics).matrix);
   return mode;
 }

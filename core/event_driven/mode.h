@@ -50,6 +50,8 @@ struct Mode {
 
   PencilForm form;
   std::vector<std::complex<double>> eigenvalues;  // of the pencil, as far as they are determined
+  // The left eigenvector of the one that decays slowest: of what acts on the rows, v · rows lasts longest.
+  Eigen::VectorXcd slowest;
   Matrix dynamics;  // x' as a function of x, without sources; F if E is the identity. Not as accurate as E and F
   double rate = 0;  // the largest row sum of dynamics, balanced: no time in which it acts is shorter than 1/rate
 

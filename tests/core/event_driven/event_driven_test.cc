@@ -10,6 +10,7 @@
 #include <set>
 
 #include "core/event_driven/interpolant.h"
+#include "core/event_driven/rounded_data.h"
 #include "core/linalg/norms.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
@@ -674,6 +675,42 @@ TEST(EventDrivenTest, FindsShallowContactsOrCountsThem) {
       const double expected = kGain * (2 - problem.x0[0]);
       const double error = std::abs(LastState(solution)[1] - expected) / expected;
       EXPECT_LE(error, 3 * solution.accuracy.error) << "depth " << depth << ", tolerance " << tolerance;
+    }
+  }
+}
+
+// x' = A x, whose modes are fast, growing and slow. An ulp of A moves the part that grows by some 1e7 ulps in a unit of
+// time. The rounding errors of the rows have the ratios of the fast mode. Two rows alone reach the part that grows: for
+// one of both choices of their signs the errors cancel.
+TEST(EventDrivenTest, CountsUlpsOfTheDataWhateverTheirSigns) {
+  const Vector rates{{-1e7, 40, -3}};
+  constexpr double kMoreThanTheDataAllow = 1e-11;
+  constexpr unsigned kRoundings = 8;
+  for (int signs = 0; signs < 16; ++signs) {
+    const auto sign = [signs](int bit) { return (signs >> bit) % 2 == 0 ? 1.0 : -1.0; };
+    for (Index unreached = 0; unreached < 3; ++unreached) {
+      const Vector fast{{0.9, 0.7 * sign(0), 0.6 * sign(1)}}, growing{{1, 0.5 * sign(2), 0.35 * sign(3)}};
+      Matrix modes(3, 3);
+      modes << fast, growing, fast + Vector::Unit(3, unreached);
+      Problem problem;
+      problem.A = Matrix(modes * rates.asDiagonal() * modes.inverse());
+      problem.B = Matrix::Zero(3, 1);
+      problem.N = Matrix::Zero(1, 3);
+      problem.M = Matrix{{1.0}};
+      problem.f = TimeFunction::Zero(3);
+      problem.g = TimeFunction::Constant(Vector{{1.0}});
+      problem.x0 = modes * Vector{{0, 1, 0.1}};
+      problem.horizon = 0.7;
+      const Solution solution = SolveAt(problem, kMoreThanTheDataAllow, {problem.horizon});
+      const Vector x = LastState(solution);
+      double moved = 0;
+      for (unsigned seed = 1; seed <= kRoundings; ++seed) {
+        const Problem rounded = WithRoundedData(problem, 1, false, seed);
+        const Vector change = LastState(SolveAt(rounded, kMoreThanTheDataAllow, {problem.horizon})) - x;
+        moved = std::max(moved, MaxAbs(change.cwiseQuotient(x)));
+      }
+      EXPECT_GT(moved, 1e-10);
+      EXPECT_LE(moved, 3 * solution.accuracy.error) << "signs " << signs << ", unreached " << unreached;
     }
   }
 }
