@@ -294,7 +294,8 @@ Vector ModeStepper::Stiffness(const Vector& size) const {
 ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source,
                                          const Vector& source_noise) const {
   constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
-  constexpr int kMaxCorrections = 6;
+  constexpr int kMaxCorrections = 6, kMaxSteadyCorrections = 16;
+  constexpr double kSteady = 1.0 / 8;  // of the change before
   const bool is_explicit = mode_->is_explicit();
   LegendreSeries integral = half_ * Integral(source);
   integral.col(0) = start;
@@ -306,7 +307,8 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   for (const Index i : solution.unreached) x.row(i).setZero();
   solution.uncertainty = Vector::Zero(start.size());
   const Vector given_to_rows = integral.rightCols(K).cwiseAbs().rowwise().sum();
-  for (int correction = 0; correction < kMaxCorrections; ++correction) {
+  int most = kMaxCorrections;
+  for (int correction = 0; correction < most; ++correction) {
     const LegendreSeries missing = Missing(x, integral, start);
     const Vector size = x.cwiseAbs().rowwise().sum();
     const Vector of_states = kRounding * (start.cwiseAbs() + size);
@@ -326,6 +328,9 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     c += c_change;
     x += change;
     for (const Index i : solution.unreached) x.row(i).setZero();
+    if (correction > 0 && (changed.array() <= kSteady * solution.uncertainty.array() + kRounding * size.array()).all()) {
+      most = kMaxSteadyCorrections;
+    }
     solution.uncertainty = changed;
   }
   // The components have more rounding than the refined states, to which their differences would add it; in x' it counts
