@@ -328,7 +328,8 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     c += c_change;
     x += change;
     for (const Index i : solution.unreached) x.row(i).setZero();
-    if (correction > 0 && (changed.array() <= kSteady * solution.uncertainty.array() + kRounding * size.array()).all()) {
+    if (correction > 0 &&
+        (changed.array() <= kSteady * solution.uncertainty.array() + kRounding * size.array()).all()) {
       most = kMaxSteadyCorrections;
     }
     solution.uncertainty = changed;

@@ -14,6 +14,7 @@
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
 #include "core/linalg/schur_form.h"
+#include "core/linalg/structural_zeros.h"
 
 namespace dlcs {
 namespace {
@@ -81,7 +82,8 @@ std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, In
   Matrix E_in_units = E * units.asDiagonal(), F_in_units = F * units.asDiagonal();
   const Shifted shifted = ChooseShift(E_in_units, F_in_units, duration);
   if (!(shifted.condition > 0)) return std::nullopt;
-  const Matrix inverse_in_units = shifted.factors->Solve(Matrix(shifted.row_scale.asDiagonal()));
+  Matrix inverse_in_units = shifted.factors->Solve(Matrix(shifted.row_scale.asDiagonal()));
+  ClearStructuralZeros(F_in_units - shifted.shift * E_in_units, inverse_in_units);
   Matrix G = inverse_in_units * E_in_units;
   if (!G.allFinite()) return std::nullopt;
   // Balanced without differences that are only the rounding of their terms: a coupling of 1e-30 between two blocks is

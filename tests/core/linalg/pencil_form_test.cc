@@ -63,6 +63,28 @@ TEST(PencilFormTest, KeepsAlgebraicRowsApartThatDifferInAStateNothingDependsOn) 
   }
 }
 
+// A chain of states with rates from 1e-2 to 1e14, each of which depends on those before; the constraint x1 = 0 is the
+// first row. So G = (F - σE)⁻¹E is triangular but for rounding, by which nothing may be scaled.
+TEST(PencilFormTest, StatesOfAChainDependOnThoseBeforeAlone) {
+  const Vector rates{{1e4, 0.3, 0.2, 8e13, 1e12, 2e13, 7e-3, 1e-2, 6e4, 3e10, 1, 8e6}};
+  const Index m = rates.size();
+  Matrix E = Matrix::Zero(m, m), F = Matrix::Zero(m, m);
+  const Matrix couplings = RandomMatrix(m, m, 7);
+  for (Index i = 1; i < m; ++i) {
+    E(i - 1, i) = 1;
+    E(i - 1, 0) = i < 9 ? 0.05 * (1 + couplings(0, i)) : 0;
+    F.row(i - 1).head(i) = rates[i] * couplings.row(i).head(i);
+    F(i - 1, i) = -rates[i];
+  }
+  F(m - 1, 0) = 1;
+  const auto form = ComputePencilForm(E, F, 1, Vector::Ones(m), 10);
+  ASSERT_TRUE(form.has_value());
+  const Eigen::MatrixXcd depends = form->vectors * form->triangle * form->inverse;
+  for (Index i = 0; i < m; ++i) {
+    for (Index j = i + 1; j < m; ++j) EXPECT_EQ(std::abs(depends(i, j)), 0) << i << " on " << j;
+  }
+}
+
 TEST(PencilFormTest, IsAbsentForASingularPencil) {
   const Matrix E{{1, 0}, {0, 0}}, F{{1, 0}, {1, 0}};
   EXPECT_FALSE(ComputePencilForm(E, F, 1, Vector::Ones(2), 1).has_value());
