@@ -7,7 +7,7 @@
 #include "core/discretization/scheme.h"
 #include "core/discretization/segment.h"
 #include "core/discretization/step_rule.h"
-#include "core/linalg/sparse_factor.h"
+#include "core/linalg/sparse/sparse_factor.h"
 #include "core/parallel/parallel.h"
 #include "core/problem/problem.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/discretization/step_cache.h"
-#include "core/linalg/multigrid_solver.h"
+#include "core/linalg/sparse/multigrid_solver.h"
 #include "core/parallel/team.h"
 
 namespace dlcs {

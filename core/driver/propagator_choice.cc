@@ -10,7 +10,7 @@
 #include "core/discretization/graded_grid.h"
 #include "core/discretization/grid.h"
 #include "core/driver/memory_prediction.h"
-#include "core/linalg/sparse_factor.h"
+#include "core/linalg/sparse/sparse_factor.h"
 #include "core/problem/mass_matrix.h"
 #include "core/problem/solution.h"
 #include "core/propagator/contour_system.h"

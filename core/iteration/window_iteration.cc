@@ -14,7 +14,7 @@
 #include "core/laplace/iteration_bounds.h"
 #include "core/lcp/basis/tolerance.h"
 #include "core/linalg/norms.h"
-#include "core/linalg/simd_dispatch.h"
+#include "core/linalg/simd/simd_dispatch.h"
 
 namespace dlcs {
 namespace {

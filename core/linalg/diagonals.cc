@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "core/linalg/simd_dispatch.h"
+#include "core/linalg/simd/simd_dispatch.h"
 
 namespace dlcs {
 

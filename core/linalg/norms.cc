@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/linalg/simd.h"
+#include "core/linalg/simd/simd.h"
 
 namespace dlcs {
 namespace {

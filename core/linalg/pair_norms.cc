@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "core/linalg/norms.h"
-#include "core/linalg/simd_dispatch.h"
+#include "core/linalg/simd/simd_dispatch.h"
 
 namespace dlcs {
 namespace {

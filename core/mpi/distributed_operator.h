@@ -4,7 +4,7 @@
 #ifndef DLCS_CORE_MPI_DISTRIBUTED_OPERATOR_H_
 #define DLCS_CORE_MPI_DISTRIBUTED_OPERATOR_H_
 
-#include "core/linalg/row_writer.h"
+#include "core/linalg/sparse/row_writer.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/mpi/mpi_team.h"
 #include "core/mpi/ownership.h"

@@ -6,8 +6,8 @@
 
 #include <vector>
 
-#include "core/linalg/compressed_rows.h"
-#include "core/linalg/row_writer.h"
+#include "core/linalg/sparse/compressed_rows.h"
+#include "core/linalg/sparse/row_writer.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/mpi/mpi_team.h"
 #include "core/mpi/ownership.h"

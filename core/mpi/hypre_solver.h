@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/linalg/krylov_solver.h"
+#include "core/linalg/sparse/krylov_solver.h"
 #include "core/mpi/halo.h"
 #include "core/mpi/mpi_team.h"
 #include "core/mpi/ownership.h"

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/linalg/row_writer.h"
+#include "core/linalg/sparse/row_writer.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/mpi/mpi_team.h"
 #include "core/mpi/ownership.h"

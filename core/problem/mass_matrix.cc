@@ -11,7 +11,7 @@
 
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
-#include "core/linalg/sparse_factor.h"
+#include "core/linalg/sparse/sparse_factor.h"
 
 namespace dlcs {
 namespace {

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/linalg/sparse_factor.h"
+#include "core/linalg/sparse/sparse_factor.h"
 #include "core/parallel/team.h"
 #include "core/problem/options.h"
 #include "core/propagator/contour_kernel.h"

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/linalg/decompositions.h"
-#include "core/linalg/simd_dispatch.h"
-#include "core/linalg/simd_pack.h"
+#include "core/linalg/simd/simd_dispatch.h"
+#include "core/linalg/simd/simd_pack.h"
 #include "core/linalg/structured_matrix.h"
 
 namespace dlcs {

@@ -6,9 +6,9 @@
 #include <limits>
 #include <utility>
 
-#include "core/linalg/elimination_loops.h"
 #include "core/linalg/low_rank.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/simd/elimination_loops.h"
 #include "core/propagator/kronecker_kernel.h"
 
 namespace dlcs {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "core/linalg/simd.h"
+#include "core/linalg/simd/simd.h"
 
 namespace dlcs {
 namespace {

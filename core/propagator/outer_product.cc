@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/linalg/simd_dispatch.h"
+#include "core/linalg/simd/simd_dispatch.h"
 
 namespace dlcs {
 

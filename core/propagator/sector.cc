@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "core/laplace/range_contour.h"
-#include "core/linalg/sparse_factor.h"
+#include "core/linalg/sparse/sparse_factor.h"
 
 namespace dlcs {
 namespace {

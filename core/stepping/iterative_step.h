@@ -48,7 +48,7 @@ class IterativeStep {
   static constexpr const char* kNoPositiveMass = "the diagonal of E is not positive";
 
   // For a problem that is served; it must outlive the step. `tolerance`: the relative residual of a step. Cost: that of
-  // core/linalg/multigrid_solver.h.
+  // core/linalg/sparse/multigrid_solver.h.
   IterativeStep(const Problem& problem, double step, SparseRule rule, double theta, Workers& workers,
                 double tolerance = kLeastTolerance);
   // With a solver of `system`, whose K is not used. Where rows are distributed over a team, all vectors are those of

@@ -10,7 +10,7 @@
 
 #include "core/discretization/step_rule.h"
 #include "core/lcp/structured/bounded_solver.h"
-#include "core/linalg/row_writer.h"
+#include "core/linalg/sparse/row_writer.h"
 #include "core/problem/problem.h"
 
 namespace dlcs {

@@ -5,7 +5,7 @@
 #include <complex>
 
 #include "core/laplace/contour.h"
-#include "core/linalg/simd_dispatch.h"
+#include "core/linalg/simd/simd_dispatch.h"
 #include "core/propagator/kronecker_kernel.h"
 
 namespace dlcs::bench {

@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-#include "core/linalg/simd_dispatch.h"
+#include "core/linalg/simd/simd_dispatch.h"
 #include "core/problem/time_function.h"
 
 namespace dlcs::bench {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/linalg/norms.h"
-#include "core/linalg/sparse_factor.h"
+#include "core/linalg/sparse/sparse_factor.h"
 #include "core/matrix_classes/relative_degree.h"
 #include "tests/support/solving.h"
 #include "tests/support/sparse_problems.h"

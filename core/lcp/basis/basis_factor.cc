@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-#include "core/linalg/elimination_loops.h"
+#include "core/linalg/simd/elimination_loops.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/linalg/elimination_loops.h"
+#include "core/linalg/simd/elimination_loops.h"
 
 namespace dlcs {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/linalg/simd_dispatch.h"
+#include "core/linalg/simd/simd_dispatch.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {

@@ -9,7 +9,7 @@
 
 #include "core/lcp/basis/lcp_solver.h"
 #include "core/lcp/structured/band_matrix.h"
-#include "core/linalg/blocked_lanes.h"
+#include "core/linalg/simd/blocked_lanes.h"
 
 namespace dlcs {
 

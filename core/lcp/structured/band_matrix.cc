@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/linalg/simd.h"
+#include "core/linalg/simd/simd.h"
 
 namespace dlcs {
 namespace {

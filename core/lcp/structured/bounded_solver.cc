@@ -6,7 +6,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "core/linalg/multigrid_solver.h"
+#include "core/linalg/sparse/multigrid_solver.h"
 
 namespace dlcs {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/lcp/basis/lcp_solver.h"
-#include "core/linalg/krylov_solver.h"
+#include "core/linalg/sparse/krylov_solver.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/parallel/parallel.h"
 #include "core/types.h"
@@ -31,8 +31,8 @@ struct BoundedSolverCounts {
 //     (K z - b)_j = 0                                                 for unknowns j without a bound,
 //     0 <= s_j (z_j - l_j)  ⟂  s_j (K z - b)_j >= 0                   for those with one, s_j their sign,
 // by a primal-dual active set method, which is a semismooth Newton method: the unknowns taken to be at their bounds are
-// fixed, the equations of the others are solved by core/linalg/krylov_solver.h, and unknowns change sides where one
-// of the signs is wrong. The set is looked at while the iteration goes on, whenever the residual has fallen by a
+// fixed, the equations of the others are solved by core/linalg/sparse/krylov_solver.h, and unknowns change sides where
+// one of the signs is wrong. The set is looked at while the iteration goes on, whenever the residual has fallen by a
 // hundred, and changes only beyond the present residual. So a wrong set costs few iterations, and the last solve starts
 // near the solution.
 //

@@ -5,8 +5,8 @@
 #include <limits>
 #include <type_traits>
 
-#include "core/linalg/simd.h"
-#include "core/linalg/simd_pack.h"
+#include "core/linalg/simd/simd.h"
+#include "core/linalg/simd/simd_pack.h"
 
 namespace dlcs {
 namespace {

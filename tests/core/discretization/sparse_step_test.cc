@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/linalg/norms.h"
-#include "core/linalg/sparse_factor.h"
+#include "core/linalg/sparse/sparse_factor.h"
 #include "tests/support/solving.h"
 #include "tests/support/sparse_problems.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A sparse matrix row by row, for products and sweeps over its rows.
 
-#ifndef DLCS_CORE_LINALG_COMPRESSED_ROWS_H_
-#define DLCS_CORE_LINALG_COMPRESSED_ROWS_H_
+#ifndef DLCS_CORE_LINALG_SPARSE_COMPRESSED_ROWS_H_
+#define DLCS_CORE_LINALG_SPARSE_COMPRESSED_ROWS_H_
 
 #include <vector>
 
@@ -24,4 +24,4 @@ struct CompressedRows {
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_COMPRESSED_ROWS_H_
+#endif  // DLCS_CORE_LINALG_SPARSE_COMPRESSED_ROWS_H_

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Large sparse systems of equations by Krylov methods, with a preconditioner that derived classes bring.
 
-#ifndef DLCS_CORE_LINALG_KRYLOV_SOLVER_H_
-#define DLCS_CORE_LINALG_KRYLOV_SOLVER_H_
+#ifndef DLCS_CORE_LINALG_SPARSE_KRYLOV_SOLVER_H_
+#define DLCS_CORE_LINALG_SPARSE_KRYLOV_SOLVER_H_
 
 #include <cstdint>
 #include <vector>
 
-#include "core/linalg/compressed_rows.h"
+#include "core/linalg/sparse/compressed_rows.h"
 #include "core/parallel/parallel.h"
 #include "core/parallel/team.h"
 #include "core/types.h"
@@ -108,4 +108,4 @@ class KrylovSolver {
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_KRYLOV_SOLVER_H_
+#endif  // DLCS_CORE_LINALG_SPARSE_KRYLOV_SOLVER_H_

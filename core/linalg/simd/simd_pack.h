@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Eight columns side by side, for loops that run over them in lanes.
 
-#ifndef DLCS_CORE_LINALG_SIMD_PACK_H_
-#define DLCS_CORE_LINALG_SIMD_PACK_H_
+#ifndef DLCS_CORE_LINALG_SIMD_SIMD_PACK_H_
+#define DLCS_CORE_LINALG_SIMD_SIMD_PACK_H_
 
 #include "core/types.h"
 
@@ -14,4 +14,4 @@ void LanesToColumns(const double* lanes, Index width, Index rows, double* column
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_SIMD_PACK_H_
+#endif  // DLCS_CORE_LINALG_SIMD_SIMD_PACK_H_

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks of 8 × 8 numbers, for loops that are compiled for each width of registers.
 
-#ifndef DLCS_CORE_LINALG_BLOCKED_LANES_H_
-#define DLCS_CORE_LINALG_BLOCKED_LANES_H_
+#ifndef DLCS_CORE_LINALG_SIMD_BLOCKED_LANES_H_
+#define DLCS_CORE_LINALG_SIMD_BLOCKED_LANES_H_
 
-#include "core/linalg/simd.h"
+#include "core/linalg/simd/simd.h"
 #include "core/types.h"
 
 namespace dlcs {
@@ -82,4 +82,4 @@ DLCS_INLINE void Invert(EightBlock& block, double* pivots) {
 }  // namespace eight_blocks
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_BLOCKED_LANES_H_
+#endif  // DLCS_CORE_LINALG_SIMD_BLOCKED_LANES_H_

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The inner loops of dense elimination, vectorized for the instruction set of the processor.
 
-#ifndef DLCS_CORE_LINALG_ELIMINATION_LOOPS_H_
-#define DLCS_CORE_LINALG_ELIMINATION_LOOPS_H_
+#ifndef DLCS_CORE_LINALG_SIMD_ELIMINATION_LOOPS_H_
+#define DLCS_CORE_LINALG_SIMD_ELIMINATION_LOOPS_H_
 
 #include <span>
 
@@ -61,4 +61,4 @@ inline void SubstituteBackward(Index size, const double* LU, Index LU_stride, co
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_ELIMINATION_LOOPS_H_
+#endif  // DLCS_CORE_LINALG_SIMD_ELIMINATION_LOOPS_H_

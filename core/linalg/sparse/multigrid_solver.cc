@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/linalg/multigrid_solver.h"
+#include "core/linalg/sparse/multigrid_solver.h"
 
 namespace dlcs {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/linalg/simd_pack.h"
+#include "core/linalg/simd/simd_pack.h"
 
-#include "core/linalg/simd.h"
+#include "core/linalg/simd/simd.h"
 
 namespace dlcs {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/linalg/sparse_factor.h"
+#include "core/linalg/sparse/sparse_factor.h"
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCholesky>
@@ -105,8 +105,7 @@ struct SparseFactor<Scalar>::Factors {
 };
 
 template <typename Scalar>
-SparseFactor<Scalar>::SparseFactor(const SparseMatrix& A, const Order& order, Scalar z, double s,
-                                   const SparseMatrix& E)
+SparseFactor<Scalar>::SparseFactor(const SparseMatrix& A, const Order& order, Scalar z, double s, const SparseMatrix& E)
     : order_(order), factors_(std::make_unique<Factors>()) {
   typename Factors::Ordered ordered;
   ordered = Shifted(A, z, s, E).twistedBy(order);

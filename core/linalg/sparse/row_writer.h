@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes a sparse matrix row by row.
 
-#ifndef DLCS_CORE_LINALG_ROW_WRITER_H_
-#define DLCS_CORE_LINALG_ROW_WRITER_H_
+#ifndef DLCS_CORE_LINALG_SPARSE_ROW_WRITER_H_
+#define DLCS_CORE_LINALG_SPARSE_ROW_WRITER_H_
 
 #include <Eigen/SparseCore>
 #include <algorithm>
@@ -60,4 +60,4 @@ class RowWriter {
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_ROW_WRITER_H_
+#endif  // DLCS_CORE_LINALG_SPARSE_ROW_WRITER_H_

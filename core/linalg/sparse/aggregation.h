@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coarse unknowns for multigrid: groups of strongly coupled ones.
 
-#ifndef DLCS_CORE_LINALG_AGGREGATION_H_
-#define DLCS_CORE_LINALG_AGGREGATION_H_
+#ifndef DLCS_CORE_LINALG_SPARSE_AGGREGATION_H_
+#define DLCS_CORE_LINALG_SPARSE_AGGREGATION_H_
 
-#include "core/linalg/compressed_rows.h"
+#include "core/linalg/sparse/compressed_rows.h"
 
 namespace dlcs {
 
@@ -25,4 +25,4 @@ CompressedRows<float> Transposed(const CompressedRows<float>& P);
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_AGGREGATION_H_
+#endif  // DLCS_CORE_LINALG_SPARSE_AGGREGATION_H_

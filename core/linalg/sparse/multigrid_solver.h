@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Large sparse systems of equations by Krylov methods, with multigrid as the preconditioner.
 
-#ifndef DLCS_CORE_LINALG_MULTIGRID_SOLVER_H_
-#define DLCS_CORE_LINALG_MULTIGRID_SOLVER_H_
+#ifndef DLCS_CORE_LINALG_SPARSE_MULTIGRID_SOLVER_H_
+#define DLCS_CORE_LINALG_SPARSE_MULTIGRID_SOLVER_H_
 
 #include <cstdint>
 #include <vector>
 
-#include "core/linalg/krylov_solver.h"
-#include "core/linalg/multigrid.h"
+#include "core/linalg/sparse/krylov_solver.h"
+#include "core/linalg/sparse/multigrid.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/parallel/parallel.h"
 #include "core/types.h"
 
 namespace dlcs {
 
-// Memory: that of the base and of core/linalg/multigrid.h.
+// Memory: that of the base and of core/linalg/sparse/multigrid.h.
 class MultigridSolver final : public KrylovSolver {
  public:
   // Cost: that of some twenty V-cycles.
@@ -32,4 +32,4 @@ class MultigridSolver final : public KrylovSolver {
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_MULTIGRID_SOLVER_H_
+#endif  // DLCS_CORE_LINALG_SPARSE_MULTIGRID_SOLVER_H_

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/linalg/multigrid.h"
+#include "core/linalg/sparse/multigrid.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "core/linalg/aggregation.h"
+#include "core/linalg/sparse/aggregation.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {

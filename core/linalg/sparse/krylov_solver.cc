@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/linalg/krylov_solver.h"
+#include "core/linalg/sparse/krylov_solver.h"
 
 #include <algorithm>
 #include <cmath>

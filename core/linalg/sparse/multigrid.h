@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Algebraic multigrid: an approximate inverse of a large sparse matrix, in a few passes over its entries.
 
-#ifndef DLCS_CORE_LINALG_MULTIGRID_H_
-#define DLCS_CORE_LINALG_MULTIGRID_H_
+#ifndef DLCS_CORE_LINALG_SPARSE_MULTIGRID_H_
+#define DLCS_CORE_LINALG_SPARSE_MULTIGRID_H_
 
 #include <Eigen/LU>
 #include <cstdint>
 #include <vector>
 
-#include "core/linalg/compressed_rows.h"
+#include "core/linalg/sparse/compressed_rows.h"
 #include "core/parallel/parallel.h"
 #include "core/types.h"
 
 namespace dlcs {
 
-// One V-cycle over levels of smoothed aggregation (core/linalg/aggregation.h): Gauss-Seidel forward before, backward
-// after the correction from the coarser level, A_c = Pᵀ A P. For a symmetric K the V-cycle is symmetric, and positive
-// definite where K is. It is made for matrices I - hA of diffusion, with convection if it does not dominate within a
-// cell; for other matrices it may be a poor approximation, and nothing here claims otherwise.
+// One V-cycle over levels of smoothed aggregation (core/linalg/sparse/aggregation.h): Gauss-Seidel forward before,
+// backward after the correction from the coarser level, A_c = Pᵀ A P. For a symmetric K the V-cycle is symmetric, and
+// positive definite where K is. It is made for matrices I - hA of diffusion, with convection if it does not dominate
+// within a cell; for other matrices it may be a poor approximation, and nothing here claims otherwise.
 //
 // Unknowns can be fixed: then it approximates the inverse of the rows and columns of the others. The coarse functions
 // are cut off at fixed unknowns, and the coarse matrices follow: only rows near unknowns whose state changed are
@@ -72,4 +72,4 @@ class Multigrid {
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_MULTIGRID_H_
+#endif  // DLCS_CORE_LINALG_SPARSE_MULTIGRID_H_

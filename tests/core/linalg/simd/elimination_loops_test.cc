@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whatever registers serve, and however the work is tiled: the bits of plain loops.
-#include "core/linalg/elimination_loops.h"
+#include "core/linalg/simd/elimination_loops.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/linalg/simd_pack.h"
+#include "core/linalg/simd/simd_pack.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/linalg/aggregation.h"
+#include "core/linalg/sparse/aggregation.h"
 
 #include <algorithm>
 #include <cmath>

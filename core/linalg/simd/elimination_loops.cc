@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/linalg/elimination_loops.h"
+#include "core/linalg/simd/elimination_loops.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "core/linalg/simd.h"
+#include "core/linalg/simd/simd.h"
 
 namespace dlcs {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Systems of equations with a large sparse matrix, factored once.
 
-#ifndef DLCS_CORE_LINALG_SPARSE_FACTOR_H_
-#define DLCS_CORE_LINALG_SPARSE_FACTOR_H_
+#ifndef DLCS_CORE_LINALG_SPARSE_SPARSE_FACTOR_H_
+#define DLCS_CORE_LINALG_SPARSE_SPARSE_FACTOR_H_
 
 #include <complex>
 #include <memory>
@@ -65,4 +65,4 @@ class SparseFactor {
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_SPARSE_FACTOR_H_
+#endif  // DLCS_CORE_LINALG_SPARSE_SPARSE_FACTOR_H_

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Vectors of doubles, for loops that the compiler does not vectorize by itself, compiled once for each register width.
-// For loops that it does vectorize see core/linalg/simd_dispatch.h.
+// For loops that it does vectorize see core/linalg/simd/simd_dispatch.h.
 
-#ifndef DLCS_CORE_LINALG_SIMD_H_
-#define DLCS_CORE_LINALG_SIMD_H_
+#ifndef DLCS_CORE_LINALG_SIMD_SIMD_H_
+#define DLCS_CORE_LINALG_SIMD_SIMD_H_
 
 #include <cstring>
 
-#include "core/linalg/simd_dispatch.h"
+#include "core/linalg/simd/simd_dispatch.h"
 
 // A loop over vectors is a template on the type of vector, inlined into one function per instruction set; the function
 // is chosen at run time. Every lane does IEEE arithmetic, and contraction is off (CMakeLists.txt), so a loop with
@@ -52,4 +52,4 @@ Function* ChooseVersion(Function* baseline, Function* avx2, Function* avx512f) {
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_SIMD_H_
+#endif  // DLCS_CORE_LINALG_SIMD_SIMD_H_

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs loops over plain arrays with the widest vector registers of the processor.
 
-#ifndef DLCS_CORE_LINALG_SIMD_DISPATCH_H_
-#define DLCS_CORE_LINALG_SIMD_DISPATCH_H_
+#ifndef DLCS_CORE_LINALG_SIMD_SIMD_DISPATCH_H_
+#define DLCS_CORE_LINALG_SIMD_SIMD_DISPATCH_H_
 
 // Marks the lambda passed to RunWide() and the functions it calls: [&]() DLCS_WIDE { ... }
 #define DLCS_WIDE __attribute__((always_inline))
@@ -59,4 +59,4 @@ void RunWide(const Body& body) {
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_LINALG_SIMD_DISPATCH_H_
+#endif  // DLCS_CORE_LINALG_SIMD_SIMD_DISPATCH_H_
