@@ -4,7 +4,10 @@
 #ifndef DLCS_CORE_PROBLEM_OPTIONS_H_
 #define DLCS_CORE_PROBLEM_OPTIONS_H_
 
+#include <limits>
+#include <numbers>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "core/types.h"
@@ -46,6 +49,8 @@ struct Options {
   // than T / num_steps. 0: not set. A grid for which neither steps nor nodes are set has kDefaultSteps steps.
   Index num_steps = 0;
   static constexpr Index kDefaultSteps = 1000;
+  // A grid of more nodes is beyond every machine; a mistyped step should not be tried.
+  static constexpr Index kMaxSteps = 1'000'000'000;
   // A step length instead of a number of steps: T / step is rounded up. At most one of the two is set.
   double step = 0;
   // The nodes themselves, increasing, in [0, T], instead of a number of steps or a length. 0, T, break points and
@@ -155,6 +160,45 @@ struct Options {
 
   // Upper limit of threads; 0 takes all. The bits of the result do not depend on it.
   int num_threads = 0;
+};
+
+// The rule of an option that is a number: it lies between `least` and `most`, or has its default.
+struct OptionRange {
+  const char* field;
+  std::variant<Index Options::*, int Options::*, double Options::*> value;
+  double least, most;
+  const char* rule;  // in words
+};
+inline constexpr double kAboveZero = std::numeric_limits<double>::denorm_min();
+inline constexpr double kMostFinite = std::numeric_limits<double>::max();
+inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+inline constexpr double kBelowOne = 1 - std::numeric_limits<double>::epsilon() / 2;
+
+// The rules of single options. Those that concern several of them are in Validate().
+inline constexpr OptionRange kOptionRanges[] = {
+    {"num_steps", &Options::num_steps, 1, Options::kMaxSteps, "must be between 1 and 1000000000, or 0 for the default"},
+    {"step", &Options::step, kAboveZero, kMostFinite, "must be finite and greater than 0, or 0 for the default"},
+    {"error_tolerance", &Options::error_tolerance, Options::kMinErrorTolerance, kBelowOne,
+     "must be at least 1e-13 and below 1, or 0 for none"},
+    {"theta", &Options::theta, 0, 1, "must lie in [0, 1]"},
+    {"window_steps", &Options::window_steps, Options::kWholeHorizon, kUnlimited,
+     "must be at least 1, or 0 to adapt, or -1 for the whole horizon"},
+    // More windows would be computed in vain.
+    {"windows_in_flight", &Options::windows_in_flight, 1, 64, "must be between 1 and 64"},
+    {"iteration_tolerance", &Options::iteration_tolerance, kAboveZero, 1, "must lie in (0, 1]"},
+    // Differences of more iterates are dependent to working precision.
+    {"acceleration", &Options::acceleration, 0, 20, "must be between 0 and 20"},
+    {"max_iterations", &Options::max_iterations, 1, kUnlimited, "must be at least 1, or 0 for the default"},
+    // The contour is exact to rounding with a few hundred nodes.
+    {"num_contour_nodes", &Options::num_contour_nodes, 1, 1e4, "must be between 1 and 10000"},
+    {"contour_gamma", &Options::contour_gamma, kAboveZero, std::numbers::pi / 2 * kBelowOne,
+     "must lie in (0, pi/2), or be 0 for the default"},
+    {"contour_mu", &Options::contour_mu, kAboveZero, kMostFinite,
+     "must be finite and greater than 0, or 0 for the default"},
+    {"contour_step", &Options::contour_step, kAboveZero, kMostFinite,
+     "must be finite and greater than 0, or 0 for the default"},
+    {"max_memory", &Options::max_memory, kAboveZero, kUnlimited, "must be greater than 0 bytes"},
+    {"num_threads", &Options::num_threads, 1, kUnlimited, "must be at least 1, or 0 for all"},
 };
 
 // Every rule that `options` break for a problem with this `horizon`; with a period times are checked against that, and

@@ -4,8 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <string>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "core/problem/solution.h"
@@ -47,6 +50,40 @@ TEST(OptionsTest, AllowsTheEndsOfEveryRange) {
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = 3; }),
               IsEmpty());  // longer than the horizon: one step
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = 2e-9; }), IsEmpty());
+}
+
+TEST(OptionsTest, RefusesWhatIsBeyondARange) {
+  for (const OptionRange& range : kOptionRanges) {
+    const auto is_refused = [&](double value) {
+      return std::visit(
+          [&](const auto member) {
+            Options options;
+            options.*member = static_cast<std::remove_reference_t<decltype(options.*member)>>(value);
+            std::vector<std::string> rules;
+            for (const Violation& violation : Validate(options, 2)) {
+              if (violation.field == range.field) rules.push_back(violation.description);
+            }
+            return !rules.empty() && rules.front().ends_with(std::string("; ") + range.rule);
+          },
+          range.value);
+    };
+    SCOPED_TRACE(range.field);
+    const bool whole = !std::holds_alternative<double Options::*>(range.value);
+    const auto next = [&](double value, double towards) {
+      return whole ? value + (towards > value ? 1 : -1) : std::nextafter(value, towards);
+    };
+    EXPECT_FALSE(is_refused(range.least));
+    EXPECT_TRUE(is_refused(whole ? -2 : -1e-300));
+    const double below = next(range.least, -kInfinity);
+    EXPECT_EQ(is_refused(below), below != 0) << below;  // 0 is a default
+    if (std::isfinite(range.most)) {
+      EXPECT_FALSE(is_refused(range.most));
+      EXPECT_TRUE(is_refused(next(range.most, kInfinity)));
+    }
+    if (!whole) {
+      EXPECT_TRUE(is_refused(kNaN));
+    }
+  }
 }
 
 TEST(OptionsTest, ChecksTheGrid) {
