@@ -77,11 +77,8 @@ std::uint64_t ShareBegin(std::uint64_t count, int rank, int ranks) {
   return count / p * r + count % p * r / p;
 }
 
-// Whether a rank can have so many entries, which all know.
-absl::Status CheckEntriesOf(const std::string& path, double entries) {
-  if (entries <= static_cast<double>(kMostEntries)) return absl::OkStatus();
-  return absl::ResourceExhaustedError(
-      fmt::format("{}: a rank would have more than {} entries: start more ranks", path, kMostEntries));
+absl::Status TooManyEntries(const PlacedFile& file, const std::length_error& error) {
+  return absl::ResourceExhaustedError(fmt::format("{}: {}", file.path(), error.what()));
 }
 
 // Matrix Market.
@@ -188,7 +185,7 @@ absl::StatusOr<RowMajorMatrix> ReadMarketRows(const PlacedFile& file, const Mark
   try {
     return exchange.Finish();
   } catch (const std::length_error& error) {
-    return absl::ResourceExhaustedError(fmt::format("{}: {}", file.path(), error.what()));
+    return TooManyEntries(file, error);
   }
 }
 
@@ -278,8 +275,11 @@ absl::StatusOr<RowMajorMatrix> ReadPetscRows(const PlacedFile& file, const Petsc
     return absl::InvalidArgumentError(
         fmt::format("{} is damaged: the lengths of its rows do not add up to {} entries", file.path(), head.entries));
   }
-  const double most = *std::max_element(counts.begin(), counts.end());
-  if (absl::Status few = CheckEntriesOf(file.path(), most); !few.ok()) return few;
+  try {
+    CheckEntries(static_cast<Index>(*std::max_element(counts.begin(), counts.end())));
+  } catch (const std::length_error& error) {
+    return TooManyEntries(file, error);
+  }
   auto block = ReadPetscBlock(file, head, first, *lengths, static_cast<std::uint64_t>(before));
   if (absl::Status read = Agreed(block.status(), team); !read.ok()) return read;
   return block;

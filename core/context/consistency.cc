@@ -12,7 +12,6 @@
 #include "core/discretization/step_sources.h"
 #include "core/lcp/basis/tolerance.h"
 #include "core/lcp/lcp.h"
-#include "core/lcp/structured/sparse_solver.h"
 #include "core/problem/mass_matrix.h"
 
 namespace dlcs {
@@ -101,15 +100,6 @@ Matrix DerivativeOf(const Problem& problem, const Jump& jump) {
   return identity + SolveMass(problem, problem.B * p);
 }
 
-// The solver of LCP(q, M). Where M is large and sparse it makes no n × n matrix, if one for `choice` does without.
-std::unique_ptr<LcpSolver> SolverFor(const Problem& problem, const SolutionChoice& choice) {
-  constexpr Index kLarge = 1000;
-  if (const SparseMatrix* const sparse = problem.M.sparse(); sparse && sparse->rows() > kLarge) {
-    if (auto solver = MakeSparseLcpSolver(*sparse, choice)) return solver;
-  }
-  return MakeLcpSolver(problem.M, choice);
-}
-
 // Whether LCP(q, M) has a solution, for a positive semidefinite M.
 LcpStatus HasSolution(const SolveContext& context, const Vector& q, const Vector& tolerance) {
   if (context.matrix_class.zero) {
@@ -126,7 +116,7 @@ LcpStatus Select(SolveContext& context, const Vector& q, const Vector& tolerance
   const Problem& problem = context.problem;
   Basis basis(problem.num_constraints(), 0);
   ++context.solution.cost.lcps;
-  const LcpStatus verdict = SolverFor(problem, context.choice())->Solve(q, tolerance, basis, y);
+  const LcpStatus verdict = MakeLcpSolver(problem.M, context.choice())->Solve(q, tolerance, basis, y);
   if (verdict != LcpStatus::kSolved) y.setZero();
   return verdict;
 }

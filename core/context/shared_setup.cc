@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "core/matrix_classes/sparse_class.h"
 #include "core/setup_cache.h"
 
 namespace dlcs {
@@ -17,17 +16,6 @@ double BytesOf(const Scheme& scheme) {
     numbers += static_cast<double>(matrix->size());
   }
   return 8 * numbers;
-}
-
-// Large sparse matrices are left to tests that make no n × n matrix, where these decide.
-MatrixClass ClassOf(const Problem& problem) {
-  constexpr Index kLarge = 1000;  // below, tests of the dense matrix take less than a second, and know more
-  const SparseMatrix* const sparse = problem.M.sparse();
-  if (sparse && sparse->rows() > kLarge && problem.rule != SolutionRule::kHiddenLeastElement) {
-    MatrixClass known = ClassifySparse(*sparse);
-    if (known.p.yes() || known.zero) return known;
-  }
-  return Classify(problem.M, problem.rule);
 }
 
 }  // namespace
@@ -59,12 +47,12 @@ std::unique_ptr<LcpSolver> SharedCoupledSolver(const SolveContext& context, cons
 }
 
 MatrixClass SharedClass(const Problem& problem, SetupCache* setups) {
-  if (!setups) return ClassOf(problem);
+  if (!setups) return Classify(problem.M, problem.rule);
   SetupKey key("class");
   key.Add(problem.M).Add(static_cast<Index>(problem.rule));
   return *setups->Get<MatrixClass>(key, [&]() -> SetupCache::Made<MatrixClass> {
     const double bytes = 4096 + 8.0 * static_cast<double>(problem.M.size());
-    return {std::make_shared<const MatrixClass>(ClassOf(problem)), bytes};
+    return {std::make_shared<const MatrixClass>(Classify(problem.M, problem.rule)), bytes};
   });
 }
 

@@ -17,6 +17,7 @@
 #include "core/lcp/dense/least_norm.h"
 #include "core/lcp/dense/minimizer.h"
 #include "core/lcp/sparsest.h"
+#include "core/lcp/structured/sparse_solver.h"
 #include "core/lcp/structured/tridiagonal_solver.h"
 #include "core/matrix_classes/m_matrix.h"
 #include "core/matrix_classes/p_matrix.h"
@@ -104,7 +105,10 @@ double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eig
   return residual;
 }
 
-std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, const SolutionChoice& choice) {
+std::unique_ptr<LcpSolver> MakeLcpSolver(const StructuredMatrix& M, const SolutionChoice& choice) {
+  if (const SparseMatrix* const sparse = LargeSparse(M)) {
+    if (auto solver = MakeSparseLcpSolver(*sparse, choice)) return solver;
+  }
   if (std::optional<Tridiagonal> diagonals = DiagonalsForPolicyIteration(M, choice)) {
     const auto tridiagonal = std::make_shared<const Tridiagonal>(*std::move(diagonals));
     return std::make_unique<TridiagonalSolver>(

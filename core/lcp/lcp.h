@@ -15,6 +15,7 @@
 #include "core/lcp/basis/lcp_solver.h"
 #include "core/lcp/basis/solution_function.h"
 #include "core/lcp/dense/basic_solutions.h"
+#include "core/linalg/structured_matrix.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/problem/problem.h"
 #include "core/types.h"
@@ -63,8 +64,10 @@ LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass
 // the linear program (4.11) (kHiddenLeastElement), regularization (kLeastNorm, M positive semidefinite), a quadratic
 // program or enumeration (kMinimizer, and kLeastNorm for small M of other classes), Lemke with lexicographic ratio
 // test, behind it enumeration for n <= 12 and before it a few rounds of principal pivoting for larger n (kAny). The
-// choice is not checked: M must be of the class that SelectRule() requires, and `choice` complete.
-std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, const SolutionChoice& choice);
+// choice is not checked: M must be of the class that SelectRule() requires, and `choice` complete. For a large sparse M
+// (LargeSparse()) and a choice that MakeSparseLcpSolver() (core/lcp/structured/sparse_solver.h) supports, no n × n
+// matrix is made. Cost: a copy of M at least.
+std::unique_ptr<LcpSolver> MakeLcpSolver(const StructuredMatrix& M, const SolutionChoice& choice);
 
 // The solver of the coupled step: y in SOL(q + K y, M), i.e. LCP(q, M + K), where the selection is judged on M: the
 // returned y is the selected solution of LCP(q + K y, M) wherever such a fixed point is found

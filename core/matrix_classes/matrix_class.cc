@@ -9,6 +9,7 @@
 #include "core/matrix_classes/m_matrix.h"
 #include "core/matrix_classes/p_matrix.h"
 #include "core/matrix_classes/positive_semidefinite.h"
+#include "core/matrix_classes/sparse_class.h"
 #include "core/problem/violation_list.h"
 
 namespace dlcs {
@@ -43,7 +44,9 @@ Fact TestZMatrix(const Matrix& M) {
   return {Answer::kYes, "no off-diagonal entry is positive"};
 }
 
-MatrixClass Classify(const Matrix& M, SolutionRule rule) {
+namespace {
+
+MatrixClass ClassifyDense(const Matrix& M, SolutionRule rule) {
   MatrixClass known;
   known.size = M.rows();
   known.zero = (M.array() == 0).all();
@@ -55,6 +58,23 @@ MatrixClass Classify(const Matrix& M, SolutionRule rule) {
   if (known.p.yes() || known.z.yes() || known.hidden_z.yes()) known.lipschitz = LipschitzConstant(M);
   known.description = Describe(known, M == -M.transpose());
   return known;
+}
+
+}  // namespace
+
+MatrixClass Classify(const StructuredMatrix& M, SolutionRule rule) {
+  const SparseMatrix* const sparse = LargeSparse(M);
+  if (sparse && rule != SolutionRule::kHiddenLeastElement) {
+    MatrixClass known = ClassifySparse(*sparse);
+    if (known.p.yes() || known.zero) return known;
+  }
+  return ClassifyDense(M, rule);
+}
+
+const SparseMatrix* LargeSparse(const StructuredMatrix& M) {
+  constexpr Index kLarge = 1000;
+  const SparseMatrix* const sparse = M.sparse();
+  return sparse && sparse->rows() > kLarge ? sparse : nullptr;
 }
 
 const char* SelectionName(Selection selection) {

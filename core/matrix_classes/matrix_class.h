@@ -8,6 +8,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "core/linalg/structured_matrix.h"
 #include "core/matrix_classes/fact.h"
 #include "core/problem/problem.h"
 #include "core/types.h"
@@ -34,8 +35,13 @@ struct MatrixClass {
 // Classifies `M` (square, finite, n >= 1), with what `rule` needs to know. Exact P-test (all principal
 // minors, by recursive Schur complements) for n <= 20, and for Z-matrices of any size; beyond, sufficient and
 // necessary polynomial tests, otherwise unknown. What is zero to working precision counts as zero. O(2ⁿ) up
-// to 20, O(n³) beyond.
-MatrixClass Classify(const Matrix& M, SolutionRule rule = SolutionRule::kAuto);
+// to 20, O(n³) beyond. A large sparse matrix that ClassifySparse() (core/matrix_classes/sparse_class.h) proves to be P
+// or zero costs a few sparse factorizations instead.
+MatrixClass Classify(const StructuredMatrix& M, SolutionRule rule = SolutionRule::kAuto);
+
+// `M` if it is sparse and so large that no dense form of it should be made where that can be avoided; null otherwise.
+// Below that size tests of the dense matrix take less than a second, and know more.
+const SparseMatrix* LargeSparse(const StructuredMatrix& M);
 
 // Whether no off-diagonal entry of `M` is positive. No comes with `witness.indices` = {i, j}, increasing, and
 // `witness.value` = M_ij or M_ji, which is positive.
