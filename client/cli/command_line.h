@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "client/cli/commands/commands.h"
-#include "client/cli/commands/job_commands.h"
+#include "client/cli/jobs/job_commands.h"
 #include "client/cli/output/exit_code.h"
 
 namespace dlcs::client {

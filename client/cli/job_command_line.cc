@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/commands/job_support.h"
 #include "client/cli/help_text.h"
+#include "client/cli/jobs/job_support.h"
 #include "client/cli/options/option_kinds.h"
 #include "client/cli/server_options.h"
 #include "client/cli/solve_options.h"

@@ -6,7 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "client/cli/commands/job_commands.h"
+#include "client/cli/jobs/job_commands.h"
 
 namespace dlcs::client {
 

@@ -14,8 +14,8 @@
 #include "client/cli/output/analysis_output.h"
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/message_json.h"
-#include "client/cli/output/progress_ticker.h"
-#include "client/cli/output/terminal.h"
+#include "client/cli/terminal/progress_ticker.h"
+#include "client/cli/terminal/terminal.h"
 
 namespace dlcs::client {
 namespace {

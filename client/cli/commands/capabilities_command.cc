@@ -10,8 +10,8 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/message_json.h"
-#include "client/cli/output/terminal.h"
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/terminal.h"
+#include "client/cli/terminal/wrapped_text.h"
 
 namespace dlcs::client {
 namespace {

@@ -37,14 +37,6 @@ struct SolveCommand {
   double deadline_s = 600;
 };
 
-struct EnsembleCommand {
-  SolveCommand solve;         // the problem and how to solve its members
-  std::string members_path;   // "-" is standard input; empty: the points of .step in a deck
-  bool detach = false;        // only create a job on the server, and print its name
-  bool extrema = false;       // of a job: also keep the smallest and largest values
-  bool has_deadline = false;  // solve.deadline_s was given, and is that of a job too
-};
-
 struct AnalyzeCommand {
   std::string problem_path;  // "-" is standard input
   ServerTarget server;
@@ -139,8 +131,6 @@ struct WorkersCommand {
 
 // Each prints its result on standard output and everything else on standard error.
 ExitCode Run(const SolveCommand& command);
-ExitCode Run(const EnsembleCommand& command);
-ExitCode RunSweep(const EnsembleCommand& command);  // without MEMBERS
 ExitCode Run(const AnalyzeCommand& command);
 ExitCode Run(const LcpCommand& command);
 ExitCode Run(const DcpCommand& command);

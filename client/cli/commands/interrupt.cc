@@ -11,7 +11,7 @@
 #include <csignal>
 #include <cstdint>
 
-#include "client/cli/output/progress_ticker.h"
+#include "client/cli/terminal/progress_ticker.h"
 
 namespace dlcs::client {
 namespace {

@@ -8,7 +8,7 @@
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/lcp_output.h"
 #include "client/cli/output/message_json.h"
-#include "client/cli/output/progress_ticker.h"
+#include "client/cli/terminal/progress_ticker.h"
 #include "client/files/json_text.h"
 #include "client/files/lcp_file.h"
 

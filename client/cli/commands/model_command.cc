@@ -9,7 +9,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/output/analysis_output.h"
 #include "client/cli/output/atomic_file.h"
-#include "client/cli/output/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "client/files/json_text.h"
 #include "client/local/model.h"
 

@@ -5,7 +5,7 @@
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/output/atomic_file.h"
-#include "client/cli/output/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "client/netlist/netlist.h"
 #include "dlcs/v1/problems.pb.h"
 #include "proto/shared/title_limit.h"

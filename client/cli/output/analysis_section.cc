@@ -8,7 +8,7 @@
 
 #include "client/cli/output/analysis_output.h"
 #include "client/cli/output/class_implications.h"
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/wrapped_text.h"
 #include "client/result/names.h"
 
 namespace dlcs::client {

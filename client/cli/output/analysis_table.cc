@@ -5,8 +5,8 @@
 
 #include "client/cli/options/solve_option_table.h"
 #include "client/cli/output/analysis_output.h"
-#include "client/cli/output/words.h"
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/words.h"
+#include "client/cli/terminal/wrapped_text.h"
 #include "client/result/names.h"
 
 namespace dlcs::client {

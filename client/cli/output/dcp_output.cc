@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "client/cli/output/columns.h"
 #include "client/cli/output/lcp_output.h"
+#include "client/cli/terminal/columns.h"
 #include "client/result/names.h"
 
 namespace dlcs::client {
@@ -105,8 +105,7 @@ void PrintDcpTable(const v1::SolveDcpResponse& response, const DcpVerdict& verdi
     fmt::print(out, "  integral of w_i dv_i = 0  largest {:.1e}\n", c.complementarity());
   }
   const v1::Finding& unique = response.unique();
-  fmt::print(out, "\nOne solution for every q with q(0) >= 0: {} ({})\n", Word(unique.answer()),
-             unique.reason());
+  fmt::print(out, "\nOne solution for every q with q(0) >= 0: {} ({})\n", Word(unique.answer()), unique.reason());
 }
 
 }  // namespace dlcs::client

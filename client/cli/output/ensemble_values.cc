@@ -12,11 +12,11 @@
 #include <span>
 #include <utility>
 
-#include "client/cli/output/columns.h"
 #include "client/cli/output/ensemble_output.h"
 #include "client/cli/output/message_json.h"
 #include "client/cli/output/result_output.h"
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/columns.h"
+#include "client/cli/terminal/wrapped_text.h"
 #include "client/result/display_names.h"
 
 namespace dlcs::client {

@@ -10,8 +10,8 @@
 
 #include "client/cli/output/exit_code.h"
 #include "client/cli/output/result_output.h"
-#include "client/cli/output/terminal.h"
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/terminal.h"
+#include "client/cli/terminal/wrapped_text.h"
 
 namespace dlcs::client {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/output/columns.h"
 #include "client/cli/output/result_output.h"
-#include "client/cli/output/words.h"
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/columns.h"
+#include "client/cli/terminal/words.h"
+#include "client/cli/terminal/wrapped_text.h"
 #include "client/result/names.h"
 
 namespace dlcs::client {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "client/cli/output/result_page.h"
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/wrapped_text.h"
 #include "tests/client/cli/running_program.h"
 #include "tests/server/store/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cli/output/progress_ticker.h"
+#include "client/cli/terminal/progress_ticker.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -11,8 +11,8 @@
 #include <string_view>
 #include <utility>
 
-#include "client/cli/output/terminal.h"
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/terminal.h"
+#include "client/cli/terminal/wrapped_text.h"
 
 namespace dlcs::client {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of `dlcs` about jobs: the options of each, and the function that runs it.
+// The commands of `dlcs` about jobs and ensembles: the options of each, and the function that runs it.
 
-#ifndef DLCS_CLIENT_CLI_COMMANDS_JOB_COMMANDS_H_
-#define DLCS_CLIENT_CLI_COMMANDS_JOB_COMMANDS_H_
+#ifndef DLCS_CLIENT_CLI_JOBS_JOB_COMMANDS_H_
+#define DLCS_CLIENT_CLI_JOBS_JOB_COMMANDS_H_
 
 #include <cstdint>
 #include <optional>
@@ -14,7 +14,15 @@
 
 namespace dlcs::client {
 
-// The options of all of them.
+struct EnsembleCommand {
+  SolveCommand solve;         // the problem and how to solve its members
+  std::string members_path;   // "-" is standard input; empty: the points of .step in a deck
+  bool detach = false;        // only create a job on the server, and print its name
+  bool extrema = false;       // of a job: also keep the smallest and largest values
+  bool has_deadline = false;  // solve.deadline_s was given, and is that of a job too
+};
+
+// The options of all commands about jobs.
 struct JobTarget {
   ServerTarget server = ServerAt(kDefaultServer);
   // Time limit of the whole command, including lost connections and server restarts.
@@ -91,6 +99,8 @@ struct ResultCommand {
   std::string output;
 };
 
+ExitCode Run(const EnsembleCommand& command);
+ExitCode RunSweep(const EnsembleCommand& command);  // without MEMBERS
 ExitCode Run(const SubmitCommand& command);
 ExitCode Run(const UploadCommand& command);
 ExitCode Run(const ListProblemsCommand& command);
@@ -101,4 +111,4 @@ ExitCode Run(const ResultCommand& command);
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_CLI_COMMANDS_JOB_COMMANDS_H_
+#endif  // DLCS_CLIENT_CLI_JOBS_JOB_COMMANDS_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cli/output/live_view.h"
+#include "client/cli/terminal/live_view.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

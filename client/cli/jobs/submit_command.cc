@@ -6,9 +6,9 @@
 
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/interrupt.h"
-#include "client/cli/commands/job_commands.h"
-#include "client/cli/commands/job_support.h"
 #include "client/cli/commands/problem_input.h"
+#include "client/cli/jobs/job_commands.h"
+#include "client/cli/jobs/job_support.h"
 #include "client/cli/output/atomic_file.h"
 #include "proto/shared/title_limit.h"
 #include "proto/shared/truncate_text.h"

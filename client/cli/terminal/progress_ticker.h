@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Progress at the bottom of a terminal, a line or a few, redrawn several times a second by its own thread.
 
-#ifndef DLCS_CLIENT_CLI_OUTPUT_PROGRESS_TICKER_H_
-#define DLCS_CLIENT_CLI_OUTPUT_PROGRESS_TICKER_H_
+#ifndef DLCS_CLIENT_CLI_TERMINAL_PROGRESS_TICKER_H_
+#define DLCS_CLIENT_CLI_TERMINAL_PROGRESS_TICKER_H_
 
 #include <condition_variable>
 #include <cstdio>
@@ -61,4 +61,4 @@ class WaitView {
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_CLI_OUTPUT_PROGRESS_TICKER_H_
+#endif  // DLCS_CLIENT_CLI_TERMINAL_PROGRESS_TICKER_H_

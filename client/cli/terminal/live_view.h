@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shows the progress of a solve on a terminal or in a log.
 
-#ifndef DLCS_CLIENT_CLI_OUTPUT_LIVE_VIEW_H_
-#define DLCS_CLIENT_CLI_OUTPUT_LIVE_VIEW_H_
+#ifndef DLCS_CLIENT_CLI_TERMINAL_LIVE_VIEW_H_
+#define DLCS_CLIENT_CLI_TERMINAL_LIVE_VIEW_H_
 
 #include <chrono>
 #include <cstdint>
@@ -10,8 +10,8 @@
 #include <memory>
 #include <string>
 
-#include "client/cli/output/progress_ticker.h"
-#include "client/cli/output/solve_panel.h"
+#include "client/cli/terminal/progress_ticker.h"
+#include "client/cli/terminal/solve_panel.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -90,4 +90,4 @@ class LiveView {
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_CLI_OUTPUT_LIVE_VIEW_H_
+#endif  // DLCS_CLIENT_CLI_TERMINAL_LIVE_VIEW_H_

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Phrases that the outputs share.
 
-#ifndef DLCS_CLIENT_CLI_OUTPUT_WORDS_H_
-#define DLCS_CLIENT_CLI_OUTPUT_WORDS_H_
+#ifndef DLCS_CLIENT_CLI_TERMINAL_WORDS_H_
+#define DLCS_CLIENT_CLI_TERMINAL_WORDS_H_
 
 #include <fmt/format.h>
 
@@ -18,4 +18,4 @@ inline std::string Count(std::int64_t count, const char* one) {
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_CLI_OUTPUT_WORDS_H_
+#endif  // DLCS_CLIENT_CLI_TERMINAL_WORDS_H_

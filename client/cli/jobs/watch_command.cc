@@ -9,12 +9,12 @@
 
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/interrupt.h"
-#include "client/cli/commands/job_commands.h"
-#include "client/cli/commands/job_support.h"
-#include "client/cli/output/live_view.h"
+#include "client/cli/jobs/job_commands.h"
+#include "client/cli/jobs/job_support.h"
 #include "client/cli/output/message_json.h"
-#include "client/cli/output/progress_ticker.h"
-#include "client/cli/output/terminal.h"
+#include "client/cli/terminal/live_view.h"
+#include "client/cli/terminal/progress_ticker.h"
+#include "client/cli/terminal/terminal.h"
 
 namespace dlcs::client {
 namespace {

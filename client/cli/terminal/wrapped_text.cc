@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/wrapped_text.h"
 
 #include <fmt/format.h>
 

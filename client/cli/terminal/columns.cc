@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cli/output/columns.h"
+#include "client/cli/terminal/columns.h"
 
 namespace dlcs::client {
 namespace {

@@ -13,13 +13,13 @@
 #include <vector>
 
 #include "client/cli/commands/command_support.h"
-#include "client/cli/commands/commands.h"
 #include "client/cli/commands/interrupt.h"
-#include "client/cli/commands/job_support.h"
+#include "client/cli/jobs/job_commands.h"
+#include "client/cli/jobs/job_support.h"
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/ensemble_output.h"
 #include "client/cli/output/message_json.h"
-#include "client/cli/output/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "client/files/json_text.h"
 #include "client/netlist/netlist.h"
 #include "proto/shared/known_end.h"

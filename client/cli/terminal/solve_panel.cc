@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cli/output/solve_panel.h"
+#include "client/cli/terminal/solve_panel.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "client/cli/output/words.h"
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/words.h"
+#include "client/cli/terminal/wrapped_text.h"
 
 namespace dlcs::client {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The terminal that a command writes to.
 
-#ifndef DLCS_CLIENT_CLI_OUTPUT_TERMINAL_H_
-#define DLCS_CLIENT_CLI_OUTPUT_TERMINAL_H_
+#ifndef DLCS_CLIENT_CLI_TERMINAL_TERMINAL_H_
+#define DLCS_CLIENT_CLI_TERMINAL_TERMINAL_H_
 
 #include <cstdio>
 
@@ -22,4 +22,4 @@ bool UsesUtf8();
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_CLI_OUTPUT_TERMINAL_H_
+#endif  // DLCS_CLIENT_CLI_TERMINAL_TERMINAL_H_

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Numbers in columns, and lists of them in a line.
 
-#ifndef DLCS_CLIENT_CLI_OUTPUT_COLUMNS_H_
-#define DLCS_CLIENT_CLI_OUTPUT_COLUMNS_H_
+#ifndef DLCS_CLIENT_CLI_TERMINAL_COLUMNS_H_
+#define DLCS_CLIENT_CLI_TERMINAL_COLUMNS_H_
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -55,4 +55,4 @@ std::string Listed(const Values& values) {
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_CLI_OUTPUT_COLUMNS_H_
+#endif  // DLCS_CLIENT_CLI_TERMINAL_COLUMNS_H_

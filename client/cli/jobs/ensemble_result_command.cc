@@ -8,10 +8,10 @@
 
 #include "client/cli/commands/array_output.h"
 #include "client/cli/commands/command_support.h"
-#include "client/cli/commands/job_support.h"
+#include "client/cli/jobs/job_support.h"
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/ensemble_values.h"
-#include "client/cli/output/terminal.h"
+#include "client/cli/terminal/terminal.h"
 
 namespace dlcs::client {
 

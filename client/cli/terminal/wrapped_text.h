@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Wraps text to a width counted in characters, not in bytes.
 
-#ifndef DLCS_CLIENT_CLI_OUTPUT_WRAPPED_TEXT_H_
-#define DLCS_CLIENT_CLI_OUTPUT_WRAPPED_TEXT_H_
+#ifndef DLCS_CLIENT_CLI_TERMINAL_WRAPPED_TEXT_H_
+#define DLCS_CLIENT_CLI_TERMINAL_WRAPPED_TEXT_H_
 
 #include <cstddef>
 #include <cstdio>
@@ -36,4 +36,4 @@ class Paragraphs {
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_CLI_OUTPUT_WRAPPED_TEXT_H_
+#endif  // DLCS_CLIENT_CLI_TERMINAL_WRAPPED_TEXT_H_

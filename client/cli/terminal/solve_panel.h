@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a terminal shows of a running solve: a few lines, made anew for each drawing.
 
-#ifndef DLCS_CLIENT_CLI_OUTPUT_SOLVE_PANEL_H_
-#define DLCS_CLIENT_CLI_OUTPUT_SOLVE_PANEL_H_
+#ifndef DLCS_CLIENT_CLI_TERMINAL_SOLVE_PANEL_H_
+#define DLCS_CLIENT_CLI_TERMINAL_SOLVE_PANEL_H_
 
 #include <chrono>
 #include <cstddef>
@@ -125,4 +125,4 @@ class SolvePanel {
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_CLI_OUTPUT_SOLVE_PANEL_H_
+#endif  // DLCS_CLIENT_CLI_TERMINAL_SOLVE_PANEL_H_

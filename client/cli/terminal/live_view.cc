@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cli/output/live_view.h"
+#include "client/cli/terminal/live_view.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "client/cli/output/terminal.h"
-#include "client/cli/output/words.h"
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/terminal.h"
+#include "client/cli/terminal/words.h"
+#include "client/cli/terminal/wrapped_text.h"
 #include "client/result/names.h"
 
 namespace dlcs::client {

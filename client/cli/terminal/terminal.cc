@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cli/output/terminal.h"
+#include "client/cli/terminal/terminal.h"
 
 #include <sys/ioctl.h>
 #include <unistd.h>

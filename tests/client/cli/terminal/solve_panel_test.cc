@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cli/output/solve_panel.h"
+#include "client/cli/terminal/solve_panel.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/output/wrapped_text.h"
+#include "client/cli/terminal/wrapped_text.h"
 
 namespace dlcs::client {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions that the commands about jobs share.
+// Functions that the commands about jobs and ensembles share.
 
-#ifndef DLCS_CLIENT_CLI_COMMANDS_JOB_SUPPORT_H_
-#define DLCS_CLIENT_CLI_COMMANDS_JOB_SUPPORT_H_
+#ifndef DLCS_CLIENT_CLI_JOBS_JOB_SUPPORT_H_
+#define DLCS_CLIENT_CLI_JOBS_JOB_SUPPORT_H_
 
 #include <cstddef>
 #include <memory>
@@ -13,7 +13,7 @@
 #include "absl/status/statusor.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/interrupt.h"
-#include "client/cli/commands/job_commands.h"
+#include "client/cli/jobs/job_commands.h"
 #include "client/rpc/client.h"
 
 namespace dlcs::client {
@@ -75,4 +75,4 @@ ExitCode ConcludeJob(const v1::SolveJob& job);
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_CLI_COMMANDS_JOB_SUPPORT_H_
+#endif  // DLCS_CLIENT_CLI_JOBS_JOB_SUPPORT_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cli/commands/job_support.h"
+#include "client/cli/jobs/job_support.h"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
