@@ -30,7 +30,7 @@ std::vector<Violation> AllViolations(const Problem& problem, const Options& opti
   return violations;
 }
 
-// Whether a violation of a member's problem lies in what is its own.
+// Whether a violation concerns data of the member itself, and not of the base.
 bool IsOwn(const EnsembleMember& member, const std::string& field) {
   const auto begins = [&](const char* name) { return field.rfind(name, 0) == 0; };
   return (member.x0 && begins("x0")) || (member.f && begins("f")) || (member.g && begins("g")) ||
@@ -38,8 +38,8 @@ bool IsOwn(const EnsembleMember& member, const std::string& field) {
          (member.break_points && begins("break_points"));
 }
 
-// What is wrong with the problem and the options as `member` has them. Where it differs in its initial state alone
-// nothing else is looked at again: an ensemble may have a hundred thousand.
+// The rules that the problem and the options of `member` break. If only the initial state differs from that of the
+// base, nothing else is checked again: an ensemble may have a hundred thousand members.
 std::vector<Violation> MemberViolations(const Problem& base, const EnsembleMember& member, const Options& options) {
   const bool has_own_times = member.f || member.g || member.h || member.horizon || member.break_points;
   if (has_own_times) return AllViolations(MemberProblem(base, member), options);
@@ -48,8 +48,8 @@ std::vector<Violation> MemberViolations(const Problem& base, const EnsembleMembe
   return std::move(list).Take();
 }
 
-// Errors: InvalidArgument when M does not admit the rule. OK where it was stopped before that was known: no member is
-// begun then.
+// Errors: InvalidArgument if M does not admit the rule. Returns OK if it was stopped before that was known; then no
+// member starts.
 absl::Status CheckRule(const Problem& base, SetupCache* setups, const std::stop_token& stop) {
   const StopScope scope(stop);
   try {
@@ -94,7 +94,7 @@ std::vector<Violation> Validate(const Problem& base, const std::vector<EnsembleM
                                 const Options& options) {
   std::vector<Violation> violations = AllViolations(base, options);
   if (members.empty()) violations.push_back({"members", "empty; an ensemble has at least one"});
-  std::set<std::string> said;  // of the base: its members need not say it again
+  std::set<std::string> said;  // fields of the base; not reported again for each member
   for (const Violation& violation : violations) said.insert(violation.field);
   for (Index k = 0; k < static_cast<Index>(members.size()); ++k) {
     const EnsembleMember& member = members[static_cast<std::size_t>(k)];

@@ -47,7 +47,7 @@ std::shared_ptr<const void> SetupCache::GetAny(const SetupKey& key, const std::f
       entries_.splice(entries_.begin(), entries_, found->second);
       return found->second->value;
     }
-    // Whoever makes it does not know of those who wait, nor of their stops.
+    // The thread that makes the value cannot wake a waiting thread that is to stop, so this one looks for itself.
     made_.wait_for(lock, std::chrono::milliseconds(5));
     LookForStop();
   }
@@ -60,7 +60,7 @@ std::shared_ptr<const void> SetupCache::GetAny(const SetupKey& key, const std::f
   Made<void> made;
   try {
     made = make();
-  } catch (...) {  // for want of memory, or stopped: those who wait make it themselves
+  } catch (...) {  // out of memory, or stopped: a waiting thread makes the value instead
     lock.lock();
     Forget(entry);
     throw;

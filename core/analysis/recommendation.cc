@@ -105,7 +105,7 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
     if (accurate || spent + 2 * last.cost.seconds_total > kTrialSeconds || steps >= kMaxSteps) break;
   }
 
-  // What is left to itself chooses the same again.
+  // If the method is left open, the solve chooses the same one again.
   if (!is_default) recommendation.options.method = last.method;
   if (!last.reason.empty()) recommendation.reasons.insert(recommendation.reasons.begin(), last.reason + ".");
   KeepNew(last.warnings, recommendation.warnings);

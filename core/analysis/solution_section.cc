@@ -124,7 +124,7 @@ AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matri
   AddConstants(M, matrix_class, selection, section);
 
   auto g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints(), AxisOf(problem));
-  if (!g.ok()) return section;  // a sound problem has none such
+  if (!g.ok()) return section;  // does not happen for a valid problem
   Vector q(problem.num_constraints());
   g->Evaluate(0, Side::kRight, q);
   q += problem.N * problem.x0;

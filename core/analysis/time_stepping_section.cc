@@ -32,7 +32,7 @@ AnalysisSection RelativeDegreeSection(const Problem& problem, Selection selectio
 
   AnalysisSection section{"relative-degree", "Relative degree", {}, {}, {}};
   section.findings.push_back(std::move(finding));
-  if (IsAlwaysLipschitz(selection)) return section;  // M y is there, whatever the state does
+  if (IsAlwaysLipschitz(selection)) return section;  // M y acts on w directly, for every state
   if (!rows.empty()) {
     section.warnings.push_back("y affects " + DescribeRows(rows, degrees) +
                                " through two or more integrations only: where active, solutions need impulses.");
@@ -77,7 +77,7 @@ class TimeSteppingWriter {
   }
 
  private:
-  // Sources have values, since the problem is sound.
+  // The problem is valid, so its sources have values.
   template <typename T>
   static std::optional<T> Value(absl::StatusOr<std::optional<T>> result) {
     return result.ok() ? *std::move(result) : std::nullopt;

@@ -32,7 +32,7 @@ class Formulation {
 
   absl::StatusOr<CircuitProblem> Make() {
     if (absl::Status status = CheckElements(circuit_); !status.ok()) return status;
-    // Which switches the circuit itself controls is seen from its equations, and then changes them.
+    // The equations show which switches the circuit itself controls, and these switches change the equations.
     for (bool changed = true; changed;) {
       if (absl::Status status = FindStates(); !status.ok()) return status;
       const auto found = FindGates();
@@ -46,7 +46,7 @@ class Formulation {
  private:
   const Element& ElementAt(Index index) const { return circuit_.elements[AsSize(index)]; }
 
-  // With other windings as ports of ideal transformers where the bases will not do.
+  // Tries other windings as ports of ideal transformers if the bases give no states.
   absl::Status FindStates() {
     graph_ = MakeBranches(circuit_, in_loop_, ports_);
     const absl::Status status = states_.Find();
@@ -157,7 +157,7 @@ class Formulation {
     } else {
       Vector values = s;
       for (Index k = 0; k < states_.num_sources(); ++k) values[k] *= graph_.sources[AsSize(k)].scale;
-      // At rest every winding is a short, whatever its transformer's port is; the order of everything is the same.
+      // At rest every winding is a short, whichever of them is the port. The order of all branches stays the same.
       const auto rest = FindOperatingPoint(circuit_, MakeBranches(circuit_, in_loop_), values);
       if (!rest.ok()) return rest.status();
       for (Index k = 0; k < z.size(); ++k) z[k] = (*rest)[order[AsSize(k)]];
@@ -168,7 +168,7 @@ class Formulation {
     return absl::OkStatus();
   }
 
-  // Of an inductor with other windings, the current that makes their flux.
+  // The initial current of an inductor. If it has other windings: the current that makes the flux of all of them.
   double GivenStart(Index index) const {
     const Element& element = ElementAt(index);
     if (element.kind == ElementKind::kInductor) {
@@ -392,7 +392,7 @@ class Formulation {
     return absl::OkStatus();
   }
 
-  // A source whose derivative is not known must not drive capacitors or inductors directly.
+  // A source must not drive capacitors or inductors directly if its derivative is not known.
   absl::Status RefuseDerivatives(const Rows& pairs, const Rows& outputs) const {
     for (Index s = 0; s < states_.num_sources(); ++s) {
       const SourceBranch& source = graph_.sources[AsSize(s)];
@@ -405,7 +405,7 @@ class Formulation {
     return absl::OkStatus();
   }
 
-  // A diode whose voltage, or current, sources alone set has no solution while they drive it the wrong way.
+  // If sources alone set the voltage or the current of a diode, there is no solution while they drive it the wrong way.
   void NoteDriven(const Rows& pairs) {
     for (Index k = 0; k < states_.num_pairs(); ++k) {
       const bool is_off = pairs.s.row(k).isZero(0) && pairs.ds.row(k).isZero(0);

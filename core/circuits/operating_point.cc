@@ -98,7 +98,7 @@ RestProblem MakeRestProblem(const LinearNetwork& network, const CircuitBranches&
     rest.storage.row(k) = of_y;
   }
   MakeReciprocal(graph, sign, rest.M);
-  // Given node voltages are held, and tell nothing.
+  // Given node voltages are held: their rows stay zero.
   const auto clamps = static_cast<Index>(graph.clamps.size());
   rest.clamps.of_y = Matrix::Zero(clamps + num_given, pairs);
   rest.clamps.constant = Vector::Zero(clamps + num_given);

@@ -19,10 +19,10 @@ namespace {
 
 using Indices = std::vector<Index>;
 
-// More choices of clamps in one block are not tried, and no more solutions are kept: 3^8.
+// The most choices of clamps that are tried in one block, and the most solutions that are kept: 3^8.
 constexpr std::size_t kMaxChoices = 6561;
 
-// Nor more bases of all blocks together: a tenth of a second.
+// The most bases that are tried in all blocks together. They take a tenth of a second.
 constexpr std::size_t kMaxBases = 16384;
 
 // A part of y, and its basis.
@@ -37,8 +37,8 @@ struct PartSolutions {
   Index open_row = -1;
 };
 
-// One solution of LCP(q, M) that stands for a convex set of them. Of no decision if M has no class for that, or if
-// some of `rows` is open in the set.
+// One solution of LCP(q, M) that stands for the convex set of all. The result is undecided if M is not known to have a
+// convex set, or if one of `rows` takes several values on it; that row is then the open one.
 PartSolutions SolveMonotone(const Matrix& M, const MatrixClass& known, const Vector& q, const Vector& tolerance,
                             const Matrix& rows) {
   PartSolutions part;
@@ -84,7 +84,7 @@ class ScaledFactors {
   Eigen::FullPivLU<Matrix> factors_;
 };
 
-// Of the determinant of M in a basis; 0 if it is singular.
+// The sign of the determinant of M in a basis; 0 if it is singular.
 int SignIn(const Matrix& M, const Basis& basis) {
   const Indices set = IndicesOf(basis);
   if (set.empty()) return 1;
@@ -92,8 +92,8 @@ int SignIn(const Matrix& M, const Basis& basis) {
   return !factors.is_regular() ? 0 : factors.determinant() < 0 ? -1 : 1;
 }
 
-// The signs of all solutions add up to the degree of the problem, the same for every q. Solutions that a fold makes or
-// removes in twos have both signs: between two folds it is not that of the degree.
+// The signs of all solutions add up to the degree of the problem, which is the same for every q. A fold makes or
+// removes two solutions, one of each sign. The one between two folds has the sign that is not that of the degree.
 void MarkBetween(const Matrix& M, std::vector<PartSolution>& all) {
   if (all.size() < 2) return;
   std::vector<int> signs;
@@ -187,7 +187,7 @@ class ClampTrials {
     return tried ? *tried : PartSolutions{{}, false, -1};
   }
 
-  // With w = 0 in `active`, an LCP in `rest`, and y = 0 elsewhere. Nothing where M is singular in `active`.
+  // Solves with w = 0 in `active`, an LCP in `rest`, and y = 0 elsewhere. Returns nothing if M is singular in `active`.
   std::optional<PartSolutions> Eliminate(const Indices& active, const Indices& rest) {
     Matrix M = M_(rest, rest), rows = rows_(Eigen::all, rest), of_rest(AsIndex(active), AsIndex(rest));
     Vector q = q_(rest), constant(AsIndex(active));
@@ -219,7 +219,7 @@ class ClampTrials {
     return part;
   }
 
-  // Sets what is negative by no more than changes w by rounding to zero.
+  // Sets negative entries of y to zero if that changes w by no more than rounding.
   bool IsSolution(PartSolution& one) const {
     const Vector size = 10 * tolerance_ + 1e-11 * (q_.cwiseAbs() + M_.cwiseAbs() * one.y.cwiseAbs());
     for (Index i = 0; i < q_.size(); ++i) {
@@ -278,7 +278,7 @@ class BlockSearch {
   }
 
  private:
-  // What of each block must be the same in all its solutions: the rows of blocks of no class that depend on it,
+  // Finds what must be the same in all solutions of a block: the rows by which later blocks of no class depend on it,
   // directly or not.
   void FindNeeds() {
     needs_.resize(blocks_.size());

@@ -28,7 +28,7 @@ void RaiseRowResiduals(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const
   }
 }
 
-// Raises `sizes` to max |entry| of each row of a matrix whose NaN others see.
+// Raises `sizes` to the largest |entry| of each row. It may miss a NaN; other measures see it.
 void RaiseRowSizes(const Eigen::Ref<const Matrix>& matrix, Vector& sizes) {
   for (Index j = 0; j < matrix.cols(); ++j) {
     const double* const column = matrix.col(j).data();
@@ -101,7 +101,7 @@ void CertificateBuilder::RaiseSizes(const Eigen::Ref<const Matrix>& x, const Eig
   RaiseRowSizes(f, rows.f_size);
   RaiseRowSizes(g, rows.g_size);
   rows.w_size = problem_.N.AbsTimes(rows.x_size) + problem_.M.AbsTimes(rows.y_size) + rows.g_size;
-  // In larger sizes the earlier residuals are smaller by one of the two quotients at least.
+  // The sizes have grown, so earlier residuals shrink by at least the smaller change of the two quotients.
   for (Index i = 0; i < rows.y_size.size(); ++i) {
     if (!(rows.node_residual[i] > 0 || rows.midpoint_residual[i] > 0)) continue;
     const double of_y = rows.y_size[i] > 0 ? y_before[i] / rows.y_size[i] : 1;
@@ -171,7 +171,8 @@ void CertificateBuilder::Add(const Segment& segment, const Eigen::Ref<const Matr
   AddStates(x, slope);
 
   const Matrix change = problem_.MassTimes(x.rightCols(steps) - x.leftCols(steps));
-  // Where x solves the differential equation with the interpolated f, what is left of it is the interpolation.
+  // If x solves the differential equation with the interpolated f exactly, the defect is the error of the
+  // interpolation.
   const double defect = scheme.x_is_linear ? MaxAbs(change / step - slope_mid)
                                            : MaxAbs((f.leftCols(steps) + f.rightCols(steps)) / 2 - f_mid);
   // By Simpson's rule.
@@ -185,7 +186,7 @@ void CertificateBuilder::Add(const Segment& segment, const Eigen::Ref<const Matr
   AddMidpoints(y_mid, w_mid, defect);
   RaiseRowResiduals(y_mid, w_mid, rows_, rows_.midpoint_residual);
   Certificate& c = certificate_;
-  // A NaN among the pairs was seen there.
+  // node_residual and midpoint_residual are NaN if a pair was.
   c.node_residual_of_rows = std::isnan(c.node_residual) ? c.node_residual : LargestOf(rows_.node_residual);
   c.midpoint_residual_of_rows =
       std::isnan(c.midpoint_residual) ? c.midpoint_residual : LargestOf(rows_.midpoint_residual);

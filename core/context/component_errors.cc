@@ -129,7 +129,8 @@ void ComponentErrors::operator*=(double factor) {
 }
 
 void ComponentErrors::MoveTo(Accuracy& accuracy) {
-  // The sizes are those of the trajectory, which are off by as much: e / (1 - e), that has no end where e is 1.
+  // The errors are relative to the sizes of the computed trajectory, which are themselves wrong by e. Relative to the
+  // true sizes they are up to e / (1 - e). That has a pole at e = 1, so its first terms e + e² are taken.
   for (Vector* errors : {&x, &By, &w}) errors->array() *= 1 + errors->array();
   accuracy.error = NanMax(largest(), Accuracy::kMinError);
   accuracy.errors_x = std::move(x);

@@ -13,10 +13,10 @@
 namespace dlcs {
 namespace {
 
-// Rounding of transforms goes from every row to every other.
+// A transform spreads the rounding of every row to all others.
 constexpr double kMixing = 1e-2;
 
-// The rows of a lift that hold anything: what is left out is zero in every product.
+// The nonzero rows of a lift. The others are zero in every product.
 StructuredMatrix NonzeroRows(const SparseMatrix& lift) {
   std::vector<Index> row_of(static_cast<std::size_t>(lift.rows()), -1);
   std::vector<Eigen::Triplet<double>> entries;

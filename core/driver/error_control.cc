@@ -27,12 +27,13 @@ namespace {
 
 constexpr Index kFirstTrialSteps = 64;
 constexpr Index kMaxTrialSteps = Index{1} << 22;
-// wu_chen_iteration costs the square of their number, and a contour for the default error three times one of 25 nodes.
+// wu_chen_iteration: its cost grows with the square of the steps, and the contour for the default error costs three
+// times that of 25 nodes.
 constexpr Index kMaxPaperSteps = 2048;
 constexpr Index kMaxDefaultPaperSteps = 256;
 constexpr Index kNodesKept = 4096;
 
-// Why a solve on another grid gave nothing to compare with.
+// The reason why there is nothing to compare with on another grid.
 std::string NoComparison(const std::string& with, const Solution& other) {
   return "No estimate: with " + with + " the solve ended as " + TerminationName(other.termination) + ". " +
          other.message;
@@ -46,8 +47,8 @@ void SetCompared(ComponentErrors errors, std::string note, Accuracy& accuracy) {
   accuracy.note = std::move(note);
 }
 
-// With the data rounded otherwise, so that what is compared shows what rounding does too; where that is not possible,
-// with the data as they are.
+// Solves with data that are rounded differently, so that the comparison also shows the effect of rounding. If that is
+// not possible, solves with the data as they are.
 absl::StatusOr<Solution> SolveRounded(const TrialSolves& trials, const Grid& grid, double ulps) {
   if (trials.solve_rounded) {
     absl::StatusOr<Solution> rounded = trials.solve_rounded(grid, ulps);
@@ -56,11 +57,12 @@ absl::StatusOr<Solution> SolveRounded(const TrialSolves& trials, const Grid& gri
   return trials.solve(grid);
 }
 
-// By solves of twice and four times the step. False, with the reason in the accuracy, where they show nothing.
+// Estimates the error by solves with twice and four times the step. Returns false, with the reason in the accuracy, if
+// they show nothing.
 absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& grid, Solution& solution) {
   const Grid twice = WithOtherSteps(grid, 2, kNodesKept);
   const Grid four_times = WithOtherSteps(grid, 4, kNodesKept);
-  // Where nodes that must stay are too dense there is hardly a longer step.
+  // If the nodes that must stay are dense, hardly any step becomes longer.
   if (5 * four_times.num_steps() > 3 * grid.num_steps()) return false;
   absl::StatusOr<Solution> longer = system.trials.solve(twice);
   if (!longer.ok()) return longer.status();
@@ -81,7 +83,8 @@ absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& 
   return true;
 }
 
-// By solves of half the step and a quarter: of few steps, or where longer ones cannot be taken.
+// Estimates the error by solves with half the step and a quarter of it: for few steps, or if longer ones are not
+// possible.
 absl::Status CompareWithFiner(const SystemSolves& system, const Grid& grid, Solution& solution) {
   constexpr Index kFewSteps = 64;
   const Grid half = Halve(grid);
@@ -111,7 +114,7 @@ absl::Status CompareWithFiner(const SystemSolves& system, const Grid& grid, Solu
 
 bool IsPaper(const Task& task) { return task.plan.method.method == Method::kWuChenIteration; }
 
-// Of the method where the solution is smooth: y that is constant on a step, or jumps, is of first order.
+// The order of the method for smooth solutions. It is 1 if y is constant on a step or may jump.
 double ExpectedOrder(const Task& task) {
   const MethodChoice& method = task.plan.method;
   if (method.two_stages) return 2;
@@ -129,8 +132,8 @@ double BytesOf(const Solution& solution) {
   return sizeof(double) * static_cast<double>(solution.x.size() + 2 * solution.y.size() + solution.x.cols());
 }
 
-// What x is off by where y is constant on each step but moves from one to the next. A fast state follows y within a
-// step, and lags behind by as much with every step that is long for it: no comparison of two of them shows that.
+// The error of x that comes from a y that is constant on each step. A fast state follows y within a step, so it lags
+// behind by the same amount for every step length that is long for it. Comparing two step lengths does not show that.
 Vector LagBehind(const Problem& problem, const Solution& solution) {
   Vector lag = Vector::Zero(problem.num_states());
   if (!(solution.step * problem.A.InfinityNorm() > 1)) return lag;
@@ -177,7 +180,7 @@ absl::StatusOr<double> UnresolvedSources(const Problem& problem, const Grid& gri
       difference = difference.cwiseMax((inside - seen).cwiseAbs());
     }
   }
-  // What cannot move x or w by this part of their size is rounding of the sources, or as good as that.
+  // A difference that moves x and w by less than this part of their size counts as rounding of the sources.
   constexpr double kNoEffect = 1e-9;
   Vector effect(size);
   effect << problem.horizon * difference.head(num_states), difference.tail(size - num_states);
@@ -231,8 +234,8 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
   return system;
 }
 
-// Steps for a large sparse A resolve what decays behind a start far from rest, and behind jumps of the sources. Matrix
-// functions of A are exact there.
+// Whether steps must resolve the fast decay after a start far from rest and after jumps of the sources: those for a
+// large sparse A. Matrix functions of A are exact there.
 bool ResolvesLayers(const Plan& plan) {
   return plan.method.method == Method::kTimeStepping &&
          (plan.propagator.record.used == PropagatorKind::kSparseStepping ||
@@ -414,7 +417,7 @@ absl::Status EstimateError(Task& task, Solution& solution) {
     solution.warnings.push_back("Inside the steps f or g differs by " + FormatNumber(*unresolved) +
                                 " of its size from what the steps see of it: take shorter steps, or set a tolerance.");
   }
-  // The solves all count from the same start.
+  // The time of all solves counts.
   solution.cost.seconds_total = SecondsSince(task.started);
   return status;
 }

@@ -12,7 +12,7 @@
 namespace dlcs {
 namespace {
 
-// Whether y is wanted as a function of x, which coupled steps do not give.
+// Whether the options need y as a function of x. Coupled steps do not compute that.
 bool NeedsFunction(const Options& options) {
   return options.method == Method::kLaplaceIteration || options.method == Method::kWuChenIteration ||
          (options.method == Method::kTimeStepping && (options.average_y || options.step_solver == StepSolver::kNewton));
@@ -24,8 +24,9 @@ bool AllowsCoupling(const Task& task) {
 
 bool MayCouple(const Task& task) { return task.lost_least_element && AllowsCoupling(task); }
 
-// Whether steps without events may do better: where the certificate contradicts the answer, and not where event
-// location came to T in its modes, and what it misses the error by is rounding.
+// Whether steps without events may do better: if event location did not reach T, if the certificate contradicts its
+// answer, or if it needed coupled steps and missed the tolerance. If it reached T in its modes, it misses the tolerance
+// by rounding only, and steps would too.
 bool MissedByEvents(const Task& task, const Solution& solution) {
   if (task.options.method != Method::kAuto || solution.method != Method::kEventDriven) return false;
   if (task.plan.selection == Selection::kHistory) return false;
@@ -36,8 +37,8 @@ bool MissedByEvents(const Task& task, const Solution& solution) {
   return solution.cost.coupled_steps > 0 && !(solution.accuracy.error <= task.options.error_tolerance);
 }
 
-// Where both reached T, the one that erred less. What was solved up to a time before T is worth more than an answer at
-// T that may not be used.
+// If both reached T, the one with the smaller error is better. A solution up to a time before T is better than one up
+// to T that is not usable.
 bool IsBetter(const Solution& second, const Solution& first) {
   if (second.termination != Termination::kReachedEnd) return false;
   const bool second_is_usable = JudgeSolution(second).success;
@@ -46,8 +47,8 @@ bool IsBetter(const Solution& second, const Solution& first) {
   return second.accuracy.error < first.accuracy.error;
 }
 
-// Whether the two are further apart than both estimates allow. Steps of two lengths that both miss the same fast motion
-// agree with each other, and their estimate does not show it.
+// Whether the two differ by more than their estimated errors allow. Two step lengths that both miss a fast motion agree
+// with each other, so their estimate does not show the error.
 bool Contradict(const Problem& problem, const Solution& by_events, const Solution& stepped) {
   constexpr double kMargin = 3;  // of estimates
   const double estimates = by_events.accuracy.error + stepped.accuracy.error;
@@ -60,7 +61,7 @@ bool Contradict(const Problem& problem, const Solution& by_events, const Solutio
 absl::StatusOr<Solution> SolveAgain(Task& task, const Options& choose_by, const std::string& how, Solution first,
                                     AnalysisReport& report, Observer& observer) {
   ChooseAgain(task.problem, choose_by, task.setups, task.plan);
-  task.leaves_checkpoints = false;  // whoever resumes begins with the first try
+  task.leaves_checkpoints = false;  // a resumed solve starts with the first method again
   task.resume = nullptr;
   if (task.plan.is_refused()) {
     report.warnings.push_back("Not solved again " + how + ": " + task.plan.refusal());

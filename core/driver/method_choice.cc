@@ -20,8 +20,8 @@ std::string WhyLipschitz(Selection selection) {
          "Z-matrix, whose least-element solution is Lipschitz in x";
 }
 
-// Why y is no function of x that a method could use as one, between its jumps; empty where it is. The pieces of the
-// selection must have known Jacobians: nondegenerate M with any selection (Theorem 3.2 of [Chen & Xiang]), positive
+// The reason why y is not known as a function of x between its jumps; empty if it is. The Jacobians of its pieces must
+// be known. They are for a nondegenerate M with any selection (Theorem 3.2 of [Chen & Xiang]), and for a positive
 // semidefinite M with the least norm.
 std::string WhyNotPiecewise(const Matrix& M, const MatrixClass& matrix_class, Selection selection) {
   if (selection == Selection::kAny) {
@@ -35,7 +35,7 @@ std::string WhyNotPiecewise(const Matrix& M, const MatrixClass& matrix_class, Se
          " are known for nondegenerate M only: " + nondegenerate.why + ".";
 }
 
-// Remark 3.1 of [Wu & Chen]: the iteration sees where y jumps by the slope of its steepest piece.
+// Remark 3.1 of [Wu & Chen]: the iteration detects a jump of y if y changes faster than its steepest piece allows.
 std::string WhyNotIterated(const Matrix& M, const MatrixClass& matrix_class, Selection selection) {
   const std::string why = WhyNotPiecewise(M, matrix_class, selection);
   if (!why.empty() || M.rows() <= kMaxSolutionEnumeration) return why;
@@ -48,15 +48,15 @@ std::string WhyNotIterated(const Matrix& M, const MatrixClass& matrix_class, Sel
 // other. With this many threads the iteration is faster.
 constexpr int kThreadsForIteration = 16;
 
-// A mode follows the one solution, or one of several, until a component of y or w vanishes. The others may end where
-// none does, when another solution becomes the better one.
+// Whether modes can follow the selection. A mode ends when a component of y or w vanishes. The other selections may
+// also change when another solution becomes the better one, without such an event.
 bool HasModes(Selection selection) {
   return selection == Selection::kUnique || selection == Selection::kLeastElement || selection == Selection::kAny ||
          selection == Selection::kHistory;
 }
 
-// Modes take a Schur form each. Below, few steps of high order are cheaper than trials with steps of second order for
-// every error, found by trial on tests/cases and the examples of the papers (tests/bench).
+// Each mode needs a Schur form. Up to this size few steps of high order are cheaper than trials with steps of second
+// order, for every error. Measured on tests/cases and the examples of the papers (tests/bench).
 constexpr Index kMaxStatesOfModes = 200;
 
 bool PrefersEvents(const Problem& problem, const Options& options, Selection selection) {
@@ -66,7 +66,7 @@ bool PrefersEvents(const Problem& problem, const Options& options, Selection sel
 
 std::vector<std::optional<int>> DegreesOf(const Problem& problem) {
   if (!problem.has_mass()) return RelativeDegrees(problem.A, problem.B, problem.N, problem.M);
-  // One integration is the rule, and takes solves with E for the columns of B only.
+  // As a rule there is one integration. To see that, solves with E are needed for the columns of B only.
   const SparseMatrix no_A(problem.num_states(), problem.num_states());
   auto degrees = RelativeDegrees(StructuredMatrix(no_A), StructuredMatrix(SolveMass(problem, problem.B.Dense())),
                                  problem.N, problem.M);

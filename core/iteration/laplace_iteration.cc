@@ -65,7 +65,8 @@ class Iteration {
     });
   }
 
-  // For checkpoints: kernels come about by the same reservations, and count themselves once.
+  // Stores or restores the kernels of a checkpoint by their reservations: kernels made by the same reservations are the
+  // same. Their cost is counted once.
   void CarryTools(StateArchive& state) {
     std::vector<std::vector<Index>> reservations;
     tools_.ForEach([&](double, StepTools* tools) {
@@ -157,7 +158,7 @@ class Iteration {
 bool LaplaceIteration(SolveContext& context) {
   if (!context.propagator) context.solution.kernel.emplace();
   const bool reached = context.propagator ? ReducedIteration(context) : Iteration(context).ReachEnd();
-  // The last window may stand there without having converged.
+  // The last window may have ended without converging; then a termination is set.
   return reached && context.solution.termination == Termination::kNotSolved;
 }
 

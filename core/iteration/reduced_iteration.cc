@@ -16,8 +16,8 @@ namespace {
 // The steps `begin` + 1 ... `begin` + steps of a run.
 class ReducedWindow final : public WindowModel {
  public:
-  // `sizes` are those of the run, `start` is N x at its start, `past` the response at its nodes to y up to there, later
-  // y being zero. Keeps references.
+  // `sizes` are those of the run. `start` is N x at the start of the run. `past` is the response, at the nodes of the
+  // window, to y before it. Keeps references.
   ReducedWindow(SolveContext& context, const ReducedRun& run, const Vector& sizes, Index begin, const Vector& start,
                 const Matrix& past)
       : context_(context),

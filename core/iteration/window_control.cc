@@ -16,8 +16,8 @@ constexpr Index kManyIterations = 20;
 constexpr Index kStepsOfOverhead = 16;
 // The number of windows for which a width that failed is not tried again.
 constexpr Index kMemory = 8;
-// Growth of the change that is taken for divergence where the window may shrink. The hump of a convergent
-// iteration can be higher; shrinking is then cheaper than climbing it.
+// If the change grows by this factor and the window may shrink, the iteration counts as diverged. A convergent
+// iteration may grow more at first, but then a shorter window is cheaper.
 constexpr double kDivergence = 1e3;
 // A change that is no smaller than it was this many iterations ago also counts as divergence.
 constexpr size_t kPatience = 5;

@@ -203,8 +203,8 @@ WindowIteration::Judgment WindowIteration::Judge(const Matrix& q, const Matrix& 
   return seen;
 }
 
-// Where y is a Lipschitz function only perhaps: the first step over which an iterate's y changes by more than any
-// piece of the function allows.
+// If y need not be a Lipschitz function: the first step over which y of an iterate changes by more than any piece of
+// the function allows.
 std::optional<std::string> WindowIteration::FindJump(const Matrix& q, const WindowModel& window) const {
   if (!context_.largest_slope) return std::nullopt;
   const auto jump = DetectJump(q, window.y, *context_.largest_slope);

@@ -167,8 +167,8 @@ class PlainIteration {
     return next;
   }
 
-  // (2.7a), with φ of up to 32 of the times; its factors are NaN where L is not known, and where the theorem does
-  // not hold: eigenvalues outside the sector have no φ, and a spline can be larger than the values it goes through.
+  // The bound (2.7a), with φ at up to 32 of the times. Its factors are NaN if L is not known or the theorem does not
+  // hold: eigenvalues outside the sector have no φ, and a spline can exceed the values that it interpolates.
   IterationBound Bound() const {
     constexpr Index kSampledTimes = 32;
     const Index count = context_.grid.num_steps();

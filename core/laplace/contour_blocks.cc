@@ -32,13 +32,12 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// e^{-42} = 1e-18, of which eigenvalues that are defective take their share: each order of a pole costs a factor
-// of 90.
+// e^{-42} = 1e-18. Defective eigenvalues lose accuracy: each order of a pole costs a factor of 90.
 constexpr double kAccuracyOfHats = 42;
 // The double pole of a ramp at zero, close to the contour, adds two orders.
 constexpr double kAccuracyOfRamps = 52;
 
-// The transform of the hat whose response is K_k: what stands beside H(z/h).
+// The transform of the hat whose response is K_k: the factor of H(z/h).
 Complex HatTransform(Complex z, Index k) {
   if (k == 0) return std::exp(z) / (z * z);
   if (k == 1) return (std::exp(2.0 * z) - 2.0 * std::exp(z)) / (z * z);

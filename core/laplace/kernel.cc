@@ -17,8 +17,8 @@ namespace {
 constexpr Index kMaxDoubles = Index{1} << 24;  // 128 MB of blocks, and up to four times that of their transforms
 constexpr double kMaxGrowth = 1e4;             // an FFT then errs by 1e-11 of the smallest block at most
 
-// Rows of a block have units of their own: each is divided by its size within the first two steps. The signs and
-// weights are arbitrary, but for being no pattern that an error could cancel in.
+// A combination of the rows of N. Rows have different units, so each is divided by its size within the first two steps.
+// Signs and weights are arbitrary, but irregular, so that errors do not cancel.
 Vector CombinationOfRows(const Matrix& N, const Scheme& scheme) {
   Vector size = RowMaxAbs(Product(N, scheme.y_after)).cwiseMax(RowMaxAbs(Product(N, scheme.y_before)));
   Vector combination(size.size());
@@ -58,10 +58,10 @@ Matrix Kernel::Respond(const Matrix& d) {
   return convolution_.Apply(blocks_.leftCols(count_ * problem_.num_constraints()), d, workers_);
 }
 
-// In multiplications of a matrix product, to which the scalar work of a Schur form and of triangular solves is
-// converted; fitted to m from 30 to 200, n from 1 to 60 and windows from 64 to 2048. For dense A the two are close: at
-// m = 200 and 2048 blocks contours take 1.6 s for 2.4 s with n = 60, the same time with n = 20, and more with n = 5.
-// The number of threads must not count, or the bits would depend on it.
+// Compares costs in multiplications of a matrix product. Scalar work, of Schur forms and triangular solves, is
+// converted to these; the factors were fitted for m from 30 to 200, n from 1 to 60 and windows from 64 to 2048. For
+// dense A the two ways are close: for m = 200 and 2048 blocks contours take 1.6 s instead of 2.4 s with n = 60, the
+// same time with n = 20, and more with n = 5. The number of threads must not matter, or the bits would depend on it.
 bool Kernel::ContourPays(Index window) const {
   if (source_ != KernelSource::kAuto || contours_) return source_ != KernelSource::kPhiFunctions;
   const double m = static_cast<double>(problem_.num_states()), n = static_cast<double>(problem_.num_constraints());

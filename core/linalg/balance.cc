@@ -222,8 +222,8 @@ void BalanceBlock(const Matrix& A, std::vector<Index>& states, Exponents& e) {
 
 double SumNorm(const Eigen::Ref<const Matrix>& block) { return block.cwiseAbs().colwise().sum().maxCoeff(); }
 
-// The exponent to add to block `b`, so that the largest of its couplings to the blocks before is as large as what it
-// couples.
+// The exponent to add to block `b`, so that the largest of its couplings to the blocks before it is as large as the two
+// blocks that it couples.
 int UnitOfBlock(const Matrix& A, const BalancedMatrix& balanced, const std::vector<double>& norms, const Exponents& e,
                 Index b) {
   bool is_coupled = false;

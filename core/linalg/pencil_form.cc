@@ -43,9 +43,9 @@ Shifted ChooseShift(const Matrix& E, const Matrix& F, double duration) {
   return best;
 }
 
-// Joins the blocks that `rows` have entries in, and those between them. Balance() scales blocks against each other by
-// what couples them alone, by 2^55 where a block is zero, and then rows that differ in one of them would be the same to
-// rounding: such a block gets units in which they do differ. Returns the joined block, or -1 if there are no entries.
+// Joins the blocks in which `rows` have entries, and those between them. Balance() scales blocks against each other by
+// their couplings alone, by 2^55 if a block is zero. Rows that differ in such a block would then be equal up to
+// rounding, so the block gets units in which they differ. Returns the joined block, or -1 if there are no entries.
 Index JoinBlocksOf(const Matrix& rows, BalancedMatrix& balanced) {
   constexpr double kLost = 0x1p-26;
   std::vector<Index>& begins = balanced.begins;
@@ -86,8 +86,8 @@ std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, In
   ClearStructuralZeros(F_in_units - shifted.shift * E_in_units, inverse_in_units);
   Matrix G = inverse_in_units * E_in_units;
   if (!G.allFinite()) return std::nullopt;
-  // Balanced without differences that are only the rounding of their terms: a coupling of 1e-30 between two blocks is
-  // scaled to the size of the blocks, which makes vectors without a digit.
+  // Entries that are only the rounding of their terms are left out of the balancing. A coupling of 1e-30 between two
+  // blocks would be scaled to the size of the blocks, and vectors would lose all digits.
   const Matrix terms = inverse_in_units.cwiseAbs() * E_in_units.cwiseAbs();
   BalancedMatrix balanced = Balance((G.array().abs() <= kRounding * terms.array()).select(0, G));
   const std::vector<Index>& order = balanced.order;

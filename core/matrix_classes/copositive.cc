@@ -11,8 +11,8 @@
 namespace dlcs {
 namespace {
 
-// What is known of the symmetric matrix M + Mᵀ with its rounded sums, for the form of M itself. The reason names the
-// entry of M where one on the diagonal decides, and otherwise the matrix that it is about.
+// Turns a fact about M + Mᵀ, whose sums are rounded, into one about the quadratic form of M. The reason names the entry
+// of M if a diagonal entry decides, and M + Mᵀ otherwise.
 Fact OfTheForm(const Matrix& M, Fact fact, bool sums_are_exact) {
   const std::vector<Index>& S = fact.witness.indices;
   if (fact.no() && S.size() == 1) {

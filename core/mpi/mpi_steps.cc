@@ -171,7 +171,7 @@ Certificate Together(const Certificate& part, MpiTeam& team) {
   return whole;
 }
 
-// The left limits of all ranks. Where a rank has none, its values are those on the right.
+// The left limits of all ranks, merged. A rank without one at a time has its values from the right there.
 std::vector<LeftLimit> CollectLeftLimits(const Solution& part, const Ownership& pairs, MpiTeam& team) {
   std::vector<LeftLimit> limits;
   std::size_t next = 0;
@@ -200,7 +200,7 @@ void Conclude(SolveContext& part, const Ownership& states, const Ownership& pair
   std::copy(of_rank.times.begin(), of_rank.times.end(), solution.times.begin());
   std::vector<LeftLimit> left_limits = CollectLeftLimits(of_rank, pairs, team);
   if (team.keeps_trajectories()) {
-    // The caller looks at what it gets, which is nothing here.
+    // The trajectory stays on the ranks, so the caller cannot look for values that are not finite.
     const bool is_finite = of_rank.x.allFinite() && of_rank.y.allFinite() && of_rank.w.allFinite();
     if (team.Any(!is_finite) && of_rank.termination == Termination::kNotSolved) {
       part.Fail(Termination::kNonFinite, whole.problem.horizon, "The trajectory holds a number that is not finite.");
@@ -229,8 +229,8 @@ void Conclude(SolveContext& part, const Ownership& states, const Ownership& pair
   if (impulse <= whole.problem.horizon) whole.first_impulse = impulse;
 }
 
-// Makes checkpoints of the whole from those of the ranks, which all make them at the same place, and passes on the
-// rest.
+// Combines the checkpoints of the ranks, which all make them at the same place, into one of the whole solve. Passes on
+// all other reports.
 class CheckpointsOfAll final : public Observer {
  public:
   CheckpointsOfAll(SolveContext& whole, IterativeAccount& account, const Ownership& states, const Ownership& pairs,

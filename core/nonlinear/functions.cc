@@ -30,7 +30,7 @@ template <typename Value>
 double Difference(Value value, double& variable) {
   const double center = variable;
   const double step = std::cbrt(std::numeric_limits<double>::epsilon()) * std::max(1.0, std::abs(center));
-  const double right = center + step, left = center - step;  // what is stored is what is divided by
+  const double right = center + step, left = center - step;  // the rounded values; the quotient uses their difference
   variable = right;
   const double above = value();
   variable = left;

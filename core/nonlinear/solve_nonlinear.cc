@@ -29,7 +29,7 @@ struct NonlinearTask {
   std::chrono::steady_clock::time_point started;
 };
 
-// Where g has a value at time 0: y = 0, unless a formula like log(y1) forbids it.
+// A y for which g has a value at time 0: y = 0, unless a formula like log(y1) has none there.
 Vector FirstGuess(const NonlinearProblem& problem, NonlinearFunctions& functions) {
   const Vector zero = Vector::Zero(problem.num_constraints());
   return functions.G(0, problem.x0, zero).allFinite() ? zero : Vector::Ones(problem.num_constraints()).eval();

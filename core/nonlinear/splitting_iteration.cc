@@ -132,7 +132,8 @@ class Iteration {
     return context_.Fail(failed.termination, run.begin, "No y at the start of a smooth interval: " + failed.why + ".");
   }
 
-  // W and the scheme for steps from (t, x_, y_) on. A W that is right to a tenth is kept with its matrix functions.
+  // W and the scheme for steps from (t, x_, y_) on. A W that is accurate to a tenth is kept, and its matrix functions
+  // with it.
   void PrepareScheme(double t, double step) {
     Matrix W = W_;
     if (problem_.W) {

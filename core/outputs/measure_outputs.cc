@@ -277,7 +277,7 @@ class OutputMeter {
                 (ends_early_ ? " up to the end of the trajectory at t = " + FormatNumber(reached_) : "") + ".");
   }
 
-  // The crossings that count, as many as are needed.
+  // The first crossings in the direction of `instant`, as many as it needs.
   std::vector<double> Crossings(const MeasurementInstant& instant) const {
     constexpr double kOnTheLevel = 1e-12;
     double size = std::abs(instant.level);
@@ -309,7 +309,7 @@ class OutputMeter {
     return times;
   }
 
-  // When the quantity first comes to the side `now`, which the last of `samples` is on.
+  // The time when the quantity first reaches the side `now` of the level. The last of `samples` is on that side.
   double CrossingIn(const std::vector<Sample>& samples, int now, const MeasurementInstant& instant) const {
     std::size_t k = 1;
     while (k + 1 < samples.size() && now * samples[k].value < 0) ++k;

@@ -14,9 +14,9 @@ class CurveMaker {
  public:
   explicit CurveMaker(OutputEvaluator evaluator) : evaluator_(std::move(evaluator)) {}
 
-  // The part [begin, end] of `piece`, where x and y are polynomials. `tail` is that of a part twice as long, and empty
-  // for the whole. It falls by 2^-12 where h is smooth; where it hardly falls, what is left is rounding, or the cut of
-  // a y that is zero but for its error.
+  // Adds the part [begin, end] of `piece`, on which x and y are polynomials. `tail` is the tail of the part twice as
+  // long, empty for the whole piece. If h is smooth, each halving lowers the tail by 2^-12. If it hardly falls, the
+  // rest is rounding, or the kink of a y that is zero but for its error.
   void AddPolynomials(const TrajectoryPiece& piece, double begin, double end, const Vector& tail) {
     constexpr double kAccuracy = 1e-12, kHardlyFalls = 0.1;
     constexpr double kRounding = 1e-14;  // of the terms: the current of a switch is a small difference of large ones

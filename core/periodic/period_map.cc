@@ -12,8 +12,8 @@
 namespace dlcs {
 namespace {
 
-// Below this part of the largest size that a state had, or of what the other states make of it in a period, its size is
-// taken as that part: one that comes to rest at zero has no relative accuracy.
+// The size of a state is at least this part of its largest size so far, and of what the other states contribute to it
+// in a period. A state that comes to rest at zero has no relative accuracy.
 constexpr double kOfLargest = 1e-10;
 constexpr double kOfOthers = 1e-3;
 
@@ -102,7 +102,7 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, double period,
   solves_ += solution->cost.solves;
   PeriodSolve solve{.start = start, .period = period, .solution = *std::move(solution)};
   const Solution& result = solve.solution;
-  // What missed the tolerance of the steps has come to the end all the same.
+  // A solve that missed the tolerance of its steps has still reached the end.
   solve.reached = result.termination == Termination::kReachedEnd ||
                   (result.termination == Termination::kIterationLimit && std::isnan(result.failure_time));
   solve.reached = solve.reached && !result.pieces.empty() && result.flow;

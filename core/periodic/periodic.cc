@@ -22,18 +22,18 @@ namespace {
 
 // Periods integrated before the search ends. Newton's method needs a few; the transient that replaces it may need more.
 constexpr Index kMaxPeriods = 400;
-// Where I - dΦ/dx0 is singular to this part of its largest pivot, a multiplier is 1 as far as is known.
+// If a pivot of I - dΦ/dx0 is below this part of the largest one, a multiplier counts as 1.
 constexpr double kSingular = 1e-11;
 constexpr int kMaxSingular = 12;  // periods in a row
 // A residual, relative to the sizes, below which a start counts as periodic.
 constexpr double kIsPeriodic = 1e-8;
-// The error of a period far from the answer; a Newton step from which on solves are as accurate as the answer.
+// The tolerance of a period far from the answer, and the Newton step below which solves are as accurate as the answer.
 constexpr double kLooseTolerance = 1e-6;
 constexpr double kNear = 1e-2;
-// The smallest tolerance of a period, and the part of the tolerance that errors of periods may take.
+// The smallest tolerance of a period, and the share of the tolerance that the errors of a period may use.
 constexpr double kTightest = 1e-13;
 constexpr double kShare = 0.1;
-// Below this part of the size of every state an oscillation is an equilibrium.
+// An oscillation that is smaller than this part of the size of every state is an equilibrium.
 constexpr double kAtRest = 1e-6;
 constexpr double kShortestStep = 1.0 / 8;  // of Newton's
 constexpr Index kLongestRun = 32;          // of periods without a Newton step
@@ -93,7 +93,8 @@ class Search {
   Iterate current_;
   Index newton_steps_ = 0;
   int singular_in_a_row_ = 0;
-  // Of the periods before, while they follow one another: the residual, and by how much it shrank.
+  // While one period follows the other: the residual of the previous one, and the error of the start that the decay of
+  // residuals implies.
   double residual_before_ = std::numeric_limits<double>::quiet_NaN();
   double error_of_transient_ = std::numeric_limits<double>::quiet_NaN();
   bool found_ = false;
@@ -246,7 +247,7 @@ absl::Status Search::TakeNewtonStep(bool& accepted) {
         return absl::OkStatus();
       }
     }
-    // Where the solution is stable, following it is the better way.
+    // If the solution is stable, it is better to follow it.
     const auto multipliers = MultipliersOf(current_.solve.flow().derivative);
     if (finds_period_ && !is_sensible) continue;
     if (multipliers.empty() || std::abs(multipliers.front()) <= kUnstable) return absl::OkStatus();
@@ -300,7 +301,7 @@ absl::Status Search::Iterations() {
   }
 }
 
-// A jump at 0 of the size of the errors is none: the start is the state after it.
+// Removes jumps at 0 that are no larger than the errors: the start is then the state after them.
 void DropJumpOfRounding(const Vector& size, double part, Solution& solution) {
   std::erase_if(solution.jumps, [&](const StateJump& jump) {
     return jump.time == 0 && (jump.dx.array().abs() <= part * size.array()).all();

@@ -29,19 +29,19 @@ constexpr double kMaxWorkOfSmooth = 1e5;
 constexpr double kCut = 0.48713;
 // An enclosure no wider than this many times that of one point is due to rounding.
 constexpr double kRoundingRatio = 16;
-// Of the interval of the search: what is wider is no point in time any more.
+// Parts of the interval of the search: wider ranges do not count as a point in time.
 constexpr double kNarrow = 1e-4;
 constexpr double kPointlike = 1e-10;
-// Where rounding hides a sign at a point, what is shorter is not cut any more, however wide the enclosure.
+// If rounding hides a sign at a point, shorter intervals are not cut, however wide the enclosure is.
 constexpr double kShort = 1e-9;
-// Near 0 what is shorter is not cut any more.
+// Intervals near 0 that are shorter are not cut.
 constexpr double kAtom = 1e-40;
 
 struct Range {
   double lo, hi;
 };
 
-// A range that rounding hides the sign of a switch's operand in.
+// A range in which rounding hides the sign of the operand of a switch.
 struct Cluster {
   int of_switch;
   Range range;
@@ -129,7 +129,8 @@ class Search {
       is_short_ = range.hi - range.lo <= kShort * (end_ - begin_);
       enclosure_.Evaluate(range.lo, middle, range.hi);
       if (!is_atom && MustBeCut()) {
-        // Where a floor inside jumps, another switch is decided on neither side until the jump is on neither.
+        // If a floor jumps inside, another switch cannot be decided on either side while the jump belongs to it. So the
+        // jump gets a short interval of its own.
         const double jump = SwitchInside(range), before = jump - 4 * least, after = jump + 4 * least;
         if (range.lo < before && before < jump && jump < after && after < range.hi) {
           stack.push_back({after, range.hi});
@@ -384,8 +385,8 @@ class Search {
     return approach;
   }
 
-  // Each of the last differences is as large as the one before, and away from zero: as of 1/d, and of log(d), at
-  // distances d that fall by a factor.
+  // Whether each of the last differences is at least as large as the one before it, away from zero. So it is for 1/d
+  // and log(d) at distances d that fall by a factor.
   static bool Diverges(const std::vector<double>& values, const std::vector<double>& noise) {
     constexpr std::size_t kLooks = 6;
     const std::size_t size = values.size();
@@ -400,7 +401,7 @@ class Search {
     return true;
   }
 
-  // The last values come nearer and nearer, but for noise.
+  // Whether the last values come nearer to `limit` with every step, but for noise.
   static bool Approaches(double limit, const std::vector<double>& values, const std::vector<double>& noise) {
     const std::size_t looks = std::min<std::size_t>(6, values.size() - 1);
     double largest = std::abs(limit);
@@ -429,7 +430,7 @@ class Search {
     std::vector<Range> wide;
     for (const auto& [i, range] : clusters_) {
       const bool may_jump = MayJump(OperationOf(i)) || (gave_up_ && range.hi == end_);
-      // Where values do not jump the decisions of both sides are right to rounding all over the cluster.
+      // If values do not jump, the decisions of both sides are right up to rounding in the whole cluster.
       const bool is_narrow = !may_jump || (range.hi - range.lo <= kNarrow * (end_ - begin_) && !gave_up_);
       if (!may_jump && (range.lo <= begin_ || range.hi >= end_)) {
         narrow_.push_back(range);
@@ -461,7 +462,7 @@ class Search {
     KeepSwitches(distinct, wide);
   }
 
-  // Of `times` those after which some switch is decided otherwise than before.
+  // Keeps those of `times` at which the decision of a switch changes.
   void KeepSwitches(const std::vector<double>& times, const std::vector<Range>& wide) {
     const auto is_wide = [&](double t) {
       return std::any_of(wide.begin(), wide.end(), [t](const Range& r) { return r.lo < t && t < r.hi; });

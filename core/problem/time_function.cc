@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// A smooth interval of time on which the function is smooth (or sampled): one piece, or one polynomial of it.
+// An interval of time on which the function is smooth (or sampled): one piece, or one polynomial of it.
 struct SmoothInterval {
   double start = 0, end = 0;
   std::size_t piece = 0;
@@ -27,8 +27,8 @@ struct SmoothInterval {
   std::size_t polynomial = 0;
 };
 
-// The smooth intervals of a sound function in order; the first one starts at -∞. A polynomial that its piece does
-// not live to see has none.
+// The smooth intervals of a valid function in order; the first one starts at -∞. A polynomial that starts after the end
+// of its piece has none.
 std::vector<SmoothInterval> SmoothIntervals(const TimeFunction& function) {
   std::vector<SmoothInterval> stretches;
   for (std::size_t k = 0; k < function.pieces.size(); ++k) {

@@ -16,7 +16,7 @@ std::string Figure(double value) {
   return text;
 }
 
-// One thing that the certificate measures, against its size.
+// A measure of the certificate, with the size to compare it with.
 struct Measure {
   const char* what;
   double value;
@@ -88,7 +88,7 @@ Verdict JudgeSolution(const Solution& solution) {
   if (!known) {
     verdict.kind = VerdictKind::kErrorUnknown;
     verdict.text = "reached T, error not estimated";
-    // Grids that failed leave nothing to compare the last one with.
+    // If the other grids failed, there is nothing to compare the last one with.
     if (accuracy.tolerance > 0) {
       verdict.text += ", where " + FormatNumber(accuracy.tolerance) + " was aimed at";
       verdict.success = false;

@@ -124,19 +124,19 @@ class Impacts {
     const Eigen::Array<bool, Eigen::Dynamic, 1> closed = gap.array() <= 0;
     PushOut(segment.g.col(j), gap, x);
     const Vector velocity = Velocity(x, segment.f.col(j), g_slope);
-    // At rest the velocity is what rounding leaves of its two parts, without y and by y.
+    // At rest the part of the velocity that y causes and the part without y cancel, up to rounding.
     const Vector size = velocity.cwiseAbs().cwiseMax(without_y.cwiseAbs());
     if (!Collide(time, closed, velocity, size, x)) return false;
     if (!x.allFinite()) return FailLcp(context_, LcpStatus::kNonFinite, time, "");
-    // What a gap has overshot at its impact and could not be pushed out by stays with it while it is in contact.
+    // If a gap was overshot at its impact and could not be pushed out, that much stays allowed while it is in contact.
     allowed_gap_ = allowed_gap_.cwiseMax((-gap).cwiseMax(0));
     segment.x.col(j) = x_ = x;
     segment.y.col(j) = y;
     return true;
   }
 
-  // Moves `x` along A B, which changes positions as B does velocities, out of what a gap has overshot since its impact.
-  // Where no such move mends all gaps, none is made.
+  // Moves `x` along A B, which changes positions as B changes velocities, so that no gap is overshot. If no such move
+  // mends all gaps, `x` stays.
   void PushOut(const Eigen::Ref<const Vector>& g, Vector& gap, Vector& x) {
     const Vector tolerance = kZero * SizeOfSums(problem_.N, x, g);
     std::vector<Index> overshot;

@@ -17,7 +17,7 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // The rounding of a sum, relative to the `sizes` of its terms. Smaller results count as zero.
 constexpr double kRounding = 16 * kEpsilon;
-// The same with a pseudo-inverse behind y.
+// The same if y comes from a pseudo-inverse.
 constexpr double kLeastNormRounding = 1e-12;
 
 bool IsRegular(const PanelLu& lu) { return lu.ReciprocalCondition() > kEpsilon; }

@@ -108,7 +108,8 @@ bool BasisPoint::Negligible(const ScaledLcp& lcp, Index j, double value) {
   return true;
 }
 
-// Whether all violations are at most `part` of these sizes of y_S, and of what they make of a row.
+// Whether all violations are small: those of y_S at most `part` of these sizes, those of w_i at most `part` of the
+// terms that y of these sizes gives.
 bool BasisPoint::AreViolationsWithin(const ScaledLcp& lcp, const Basis& basis, double part,
                                      const Vector& size_of_y) const {
   const std::vector<Index>& S = indices();
@@ -125,8 +126,8 @@ bool BasisPoint::AreViolationsWithin(const ScaledLcp& lcp, const Basis& basis, d
   return true;
 }
 
-// Where an index of S has y_j = 0, rounding leaves a little of either sign, and a row that is summed from nothing else
-// takes it for a number. So all that may be zeros are made zeros; whether that solves is judged like any other point.
+// If y_j = 0 for an index of S, rounding leaves a small number of either sign. A row without other terms would take it
+// for a real value. So all entries that may be zero are set to zero, and the result is judged like any other point.
 void BasisPoint::CutNoise(const ScaledLcp& lcp, const Basis& basis) {
   const Index size = static_cast<Index>(indices().size());
   const double most = y_.head(size).cwiseAbs().maxCoeff();

@@ -73,7 +73,8 @@ class Collector {
   }
 
  private:
-  // Whether two solutions differ by no more than rounding: in an entry's own size, or in all that it is seen by.
+  // Whether two solutions differ by no more than rounding, relative to the size of the entry or to the terms of all
+  // rows that it occurs in.
   bool Same(const Vector& a, const Vector& b) const {
     constexpr double kRounding = 1e-10;
     const Vector larger = a.cwiseMax(b);

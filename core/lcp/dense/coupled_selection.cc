@@ -51,7 +51,8 @@ LcpStatus CoupledSelectionSolver::Solve(const Eigen::Ref<const Vector>& q,
   return verdict;
 }
 
-// y becomes the selected solution at q + K·guess; whether K y = K·guess to rounding, so that it is the one at q + K y.
+// Sets y to the selected solution at q + K·guess. Returns whether K y = K·guess up to rounding; then it is also the one
+// at q + K y.
 bool CoupledSelectionSolver::SelectNear(const Step& step, const Vector& guess, Basis& basis, Vector& y) {
   constexpr double kRounding = 1e-14;
   Basis selected = basis;

@@ -86,9 +86,9 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
   return end == LemkeEnd::kPivotLimit ? LcpStatus::kPivotLimit : LcpStatus::kRay;
 }
 
-// Whether a block that may fold has another basis, although that of the solution before would do beside the other
-// blocks: a path that passes ties, as of a switch that is open, may turn where nothing asked for it. point_ is that of
-// `basis`, before and afterwards.
+// Whether a block that may fold has changed its basis, although its previous one would solve it with the other blocks
+// as they are now. A path that passes ties, such as those of an open switch, may make such a change without need. On
+// entry and on return point_ is that of `basis`.
 bool HistorySolver::LeavesWithoutNeed(const Basis& basis) {
   if (blocks_.empty()) return false;
   const Vector y = ScaledY();
@@ -119,8 +119,9 @@ Vector HistorySolver::ScaledY() const {
   return y;
 }
 
-// Blocks that may fold see what K makes of the solution before, as if it went on: what they do themselves comes after
-// it. So a gate sees the current that crosses its threshold, not the one that its switch and its valves make at once.
+// Solves block by block. A block that may fold sees the effect, by K, of the previous solution as if that continued;
+// what it changes itself comes later. So a gate sees the current that crosses its threshold, and not the current that
+// its switch and valves cause in the same step.
 bool HistorySolver::SolveBlocks(Basis& basis) {
   if (!point_.Compute(lcp_, basis)) return false;
   const Vector q = lcp_.q + of_start_ * ScaledY();
@@ -139,13 +140,13 @@ bool HistorySolver::SolveBlocks(Basis& basis) {
   return true;
 }
 
-// Along a path the determinant keeps its sign; between two folds it has the other one. A path that meets ties, as of
-// two comparators that turn at once, may end there.
+// Whether the solution of `basis` lies between two folds. There the determinant has the other sign than along the path.
+// A path that meets ties, such as two comparators that switch at the same time, may end there.
 bool HistorySolver::IsBetween(const Basis& basis) const {
   return SignOfDeterminant(lcp_.M(), start_) * SignOfDeterminant(lcp_.M(), basis) < 0;
 }
 
-// Beyond a fold there is one solution as a rule, whatever the path to it.
+// Whether there is only one solution; then `basis` is set to its basis. Beyond a fold this is the rule.
 bool HistorySolver::IsOnlyOne(Basis& basis) {
   if (lcp_.size() > kMaxSolutionEnumeration) return false;
   const BasicSolutions all = AllBasicSolutions(lcp_.M(), lcp_.q, {}, lcp_.tolerance);

@@ -28,8 +28,8 @@ void Lemke::Load(const ScaledLcp& lcp) {
   tableau_.col(n_).setConstant(-1);
   tableau_.rightCols(tableau_.cols() - n_ - 1).setZero();
   for (Index i = 0; i < n_; ++i) {
-    // What is negative only within the tolerance is a degenerate zero, and the lexicographic rule is for
-    // those.
+    // An entry that is negative by no more than the tolerance is a degenerate zero, which the lexicographic rule
+    // treats.
     const double entry = lcp.q[i] < 0 && lcp.q[i] >= -lcp.tolerance[i] ? 0 : lcp.q[i];
     tableau_(i, right()) = entry;
     largest = std::max(largest, std::abs(entry));

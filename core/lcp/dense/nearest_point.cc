@@ -40,7 +40,8 @@ struct Units {
   double bound = 0;
 };
 
-// The inequalities are rows of the program, which judges them; of the equations, those that depend on others are not.
+// Whether v satisfies all equations. The quadratic program checks the inequalities, but it leaves out equations that
+// depend on others.
 bool Contains(const Polyhedron& polyhedron, const Vector& v) {
   const Matrix& E = polyhedron.E;
   const Units units(polyhedron);

@@ -12,13 +12,13 @@ namespace dlcs {
 namespace {
 
 constexpr Index kBoundsOfABlock = 4096;
-// Far above what was seen, some ten.
+// About ten are usual.
 constexpr Index kMostChanges = 300;
-// Multigrid needs some twenty; a hundred times as many mean that it does not suit K.
+// Multigrid needs about twenty. If it needs a hundred times as many, it does not suit K.
 constexpr Index kMostIterations = 2000;
 
-// How far the residual must fall before the set is looked at. After many changes that lead nowhere the equations are
-// solved first, as in the exact method, whose convergence is known.
+// The factor by which the residual must fall before the active set is examined. After many changes the equations are
+// solved exactly first, as in the exact method, which is known to converge.
 double FallBeforeChange(Index changes) { return changes < 10 ? 1e-2 : changes < 20 ? 1e-4 : 0; }
 
 Vector DiagonalOf(const SparseMatrix& K, const std::vector<BoundedUnknown>& bounded) {
@@ -57,8 +57,8 @@ LcpStatus BoundedSolver::Iterate(double factor) {
   const Index before = linear_->iterations();
   const double target = std::max(1.0, factor * linear_->residual());
   bool is_reduced = linear_->Reduce(target, kMostIterations);
-  // What rounding has added up in the residual of the iteration takes a step or two more. Where that goes on, the
-  // tolerance is out of reach.
+  // Rounding accumulates in the residual of the iteration. Removing it takes one or two more rounds; if it takes more,
+  // the tolerance is out of reach.
   constexpr int kMostRepetitions = 5;
   for (int k = 0; is_reduced && linear_->residual() <= 1; ++k) {
     linear_->Refresh();

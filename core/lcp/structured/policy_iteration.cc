@@ -202,7 +202,8 @@ bool PolicyIteration::SolveAgain(const Tridiagonal& M, const Eigen::Ref<const Ve
     Substitute<1>(work, &moved, &wrong);
     pivots += moved;
     if (moved == 0) return !wrong;
-    // An index with y_i and w_i zero up to rounding goes in and out, and where it is in, with y_i = 0, all is solved.
+    // An index whose y_i and w_i are zero up to rounding may enter and leave S again and again. A round in which the
+    // certificate holds is a solution.
     if (!wrong && round >= kPatience / 2) return true;
   }
   return false;

@@ -69,7 +69,7 @@ SplittingLcpSolver::Judgment SplittingLcpSolver::Judge(const Eigen::Ref<const Ve
       const double below = w >= -allowed ? 0.0 : 1.0, above = w <= allowed ? 0.0 : 1.0;
       const double positive = all_y[i] == 0 ? 0.0 : 1.0;
       const double misses_it = below + positive * above;
-      // In S where y_i = 0 < w_i, beside it where anything is wrong.
+      // An index of S moves if y_i = 0 < w_i, another one if its certificate fails.
       const double moves_it = basic > 0 ? (1 - positive) * above : (misses_it > 0 ? 1.0 : 0.0);
       const double size = (moves_it > 0 ? 1 - basic : basic) * std::abs(w);
       all_basic[i] = moves_it > 0 ? 1 - basic : basic;
@@ -133,8 +133,8 @@ RowSums SumsOf(const BandMatrix& B) {
   return result;
 }
 
-// ‖B⁻¹|K - B|‖_∞ where B is clearly an M-matrix, otherwise infinity. B agrees with K or is zero: the sizes of rows
-// tell.
+// ‖B⁻¹|K - B|‖_∞ if B is clearly an M-matrix, otherwise infinity. Each entry of B is that of K or zero, so the sums of
+// sizes of their rows give |K - B| 1.
 double RateOf(const BandMatrix& B, const Vector& sizes_of_K) {
   if (!BandFactor::IsClearlyMMatrix(B)) return std::numeric_limits<double>::infinity();
   BandFactor factor(std::make_shared<const BandMatrix>(B));
@@ -144,7 +144,7 @@ double RateOf(const BandMatrix& B, const Vector& sizes_of_K) {
   return MaxAbs(v);
 }
 
-// B with what K has beyond it added to the diagonal, where that leaves it clearly an M-matrix.
+// B with the entries of K outside of B added to its diagonal, if the result is clearly an M-matrix; otherwise B.
 BandMatrix WithRowSums(const BandMatrix& B, const Vector& sums_of_K) {
   BandMatrix lumped = B;
   const Vector left_out = sums_of_K - SumsOf(B).sums;

@@ -79,7 +79,7 @@ void Multigrid::AddLevels() {
                        [&](Index, Index begin, Index end) { InvertDiagonal(fine, nullptr, begin, end); });
     has_coarsest_ = size <= kCoarsest;
     if (has_coarsest_) return FactorCoarsest();
-    // Coarse matrices of flows have such couplings without meaning them.
+    // Coarse matrices of flows have such couplings although they have no states and controls.
     const bool without_skew = levels_.size() == 1;
     CompressedRows<float> P = SmoothedAggregation(fine.A, threshold, without_skew);
     threshold /= 2;
