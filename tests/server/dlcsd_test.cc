@@ -105,7 +105,7 @@ TEST(DlcsdTest, ASecondSignalSkipsTheGracePeriod) {
   EXPECT_EQ(dlcsd.Wait(), 0);
 }
 
-// Hundreds of thousands of windows, of which nobody reads one for five seconds.
+// Hundreds of thousands of windows. Nobody reads for five seconds.
 TEST(DlcsdTest, AClientThatStopsReadingNeitherStallsTheEngineNorGrowsTheServer) {
   DlcsdProcess dlcsd({"--listen", "127.0.0.1:0"});
   const auto stub = NewStub(dlcsd.ReadAddress());

@@ -30,10 +30,11 @@ inline constexpr std::int64_t kSlowness = 1;
 inline constexpr std::int64_t kSlowness = 20;
 #endif
 
-// The same marched, for long: `steps` of a few hundred thousand take about a second.
+// The same, solved step by step: a few hundred thousand `steps` take about a second.
 v1::SolveRequest SteppingRequest(std::int64_t steps);
 
-// Fifty of them in one, marched for minutes on any machine. With the trajectory at 0 alone.
+// Fifty of them in one problem, solved step by step, which takes minutes on any machine. The trajectory has the time 0
+// alone.
 v1::SolveRequest EndlessRequest();
 
 // Checks that the numbers of `events` are 1, 2, 3, ..., each either an event's own or inside a gap, that

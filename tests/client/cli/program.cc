@@ -20,7 +20,7 @@ namespace dlcs::client {
 
 namespace {
 
-// What whoever runs the tests has set up for their own servers is not theirs.
+// Servers that the person who runs the tests has configured are not used.
 void ForgetServers() {
   for (const char* variable : {"DLCS_SERVER", "DLCS_CONTEXT"}) unsetenv(variable);
   setenv("XDG_CONFIG_HOME", ::testing::TempDir().append("no-such-folder").c_str(), /*replace=*/1);

@@ -18,7 +18,7 @@ struct ProgramOutcome {
   std::int64_t peak_bytes = 0;
 };
 
-// Runs `dlcs` with `arguments`, as a shell reads them, in front of it `prefix` ("echo '{}' | ").
+// Runs `dlcs` with `arguments`, as a shell reads them. `prefix` is put in front ("echo '{}' | ").
 ProgramOutcome RunDlcs(const std::string& arguments, const std::string& prefix = "");
 
 // A problem with a state and a pair that is solved in a few milliseconds.

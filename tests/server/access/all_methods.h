@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// All methods of all services that are compiled in, whoever has written them: what is new is found without being told.
+// SPDX-License-Identifier: Apache-2.0 All methods of all services that are compiled in, so a new one is found by
+// itself.
 
 #ifndef DLCS_TESTS_SERVER_ACCESS_ALL_METHODS_H_
 #define DLCS_TESTS_SERVER_ACCESS_ALL_METHODS_H_

@@ -33,7 +33,7 @@ TEST(UsersTest, FindsWhoHasATokenOrACertificate) {
   EXPECT_EQ(users->WithToken("other")->right, Right::kAdmin);
   EXPECT_EQ(users->WithToken("third"), nullptr);
   EXPECT_EQ(users->WithToken(""), nullptr);
-  // Who steals the file has no token.
+  // The file holds no token that a thief could use.
   EXPECT_EQ(users->WithToken(TokenHashText("first")), nullptr);
   EXPECT_EQ(users->WithToken(TokenHash("first")), nullptr);
 

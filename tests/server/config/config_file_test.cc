@@ -61,7 +61,7 @@ TEST(ConfigFileTest, NamesTheLineAndTheRule) {
   }
 }
 
-// The expressions that look for passwords would take the stack.
+// The regular expressions that look for passwords would overflow the stack.
 TEST(ConfigFileTest, RefusesWhatIsTooLongToBeSettings) {
   const std::string url = "store = x://" + std::string(1'000, 'a');
   EXPECT_TRUE(Read(url).ok());

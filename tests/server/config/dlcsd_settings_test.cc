@@ -121,7 +121,7 @@ TEST_F(DlcsdSettingsTest, NamesThatAreNoneAreToldWithTheNearestOne) {
   EXPECT_EQ(flag.exit_status, 2);
   EXPECT_THAT(flag.errors, HasSubstr("--max-stepps: there is no such flag; did you mean --max-steps?"));
   EXPECT_THAT(RunDlcsd({"--zzzzzzzzzz"}).errors, HasSubstr("there is no such flag; dlcsd --help lists all"));
-  // Others may set variables: what Kubernetes does for a service that is called dlcsd is nobody's mistake.
+  // Others may set variables too: Kubernetes does for a service that is called dlcsd. That is no mistake.
   const Ended variable = RunDlcsd({"--check-config"}, {"DLCSD_MAX_STEP=3", "DLCSD_PORT=tcp://10.0.0.1:50051",
                                                        "DLCSD_SERVICE_HOST=10.0.0.1", "DLCSD_THREADS=1"});
   EXPECT_EQ(variable.exit_status, 0);
@@ -144,7 +144,7 @@ TEST_F(DlcsdSettingsTest, AFileOfAnotherKindIsRefusedForLittleMemory) {
   EXPECT_THAT(errors, HasSubstr(path_ + ": has more than 1000000 bytes"));
   EXPECT_LT(errors.size(), 500u);
   if (testing::kSlowness == 1) {  // sanitizers take memory of their own
-    // What a child shares with its parent until it is dlcsd counts for it.
+    // Memory that a child shares with its parent before it becomes dlcsd is counted as its own.
     rusage own{};
     getrusage(RUSAGE_SELF, &own);
     EXPECT_LT(dlcsd.peak_bytes(), std::max<std::int64_t>(100'000'000, 1024 * own.ru_maxrss + 50'000'000));
@@ -157,7 +157,7 @@ TEST_F(DlcsdSettingsTest, DoesNotStartWithAStoreThatCannotBe) {
   EXPECT_THAT(told.errors, HasSubstr("the folder /no/such/folder must exist"));
 }
 
-// The second would go on with what the first is running.
+// The second server would continue the jobs that the first one is running.
 TEST_F(DlcsdSettingsTest, AFileOfJobsIsForOneServerAtATime) {
   const std::vector<std::string> flags = {"--listen", "127.0.0.1:0", "--store", folder_.File("jobs.db")};
   {
@@ -177,7 +177,7 @@ TEST_F(DlcsdSettingsTest, CheckingChangesNothingAndTellsNoPassword) {
   const std::string store = folder_.File("jobs.db");
   EXPECT_EQ(RunDlcsd({"--check-config", "--store", store}).exit_status, 0);
   EXPECT_FALSE(std::filesystem::exists(store));
-  // The port may well be that of the server whose settings are being changed.
+  // The port may be in use by the server whose settings are being changed.
   DlcsdProcess running({"--listen", "127.0.0.1:0"});
   EXPECT_EQ(RunDlcsd({"--check-config", "--listen", running.ReadAddress()}).exit_status, 0);
   const Ended told = RunDlcsd({"--check-config"}, {"DLCSD_STORE=postgresql://me:secret@host/jobs"});

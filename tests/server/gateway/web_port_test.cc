@@ -105,7 +105,7 @@ std::string Unbase64(const std::string& text) {
   return bytes;
 }
 
-// What must be the same whoever asks: the trajectory and how the solve ended.
+// What must be the same for every protocol: the trajectory and the end of the solve.
 struct Answered {
   std::vector<double> times, x, y, w;
   v1::Termination termination = v1::TERMINATION_UNSPECIFIED;
@@ -338,7 +338,7 @@ TEST_F(WebPortTest, StoresAProblemInOneCallOfEveryProtocol) {
 }
 
 TEST_F(WebPortTest, TimeoutsStopASolveThatStillHasAResult) {
-  // The server alone has a clock here, and leaves itself half a second.
+  // Only the server measures the time here, and it needs up to half a second to answer.
   const v1::SolveRequest request = testing::EndlessRequest();
   const HttpAnswer stopped = Post(kSolvePath, "application/json", ToJson(request), {{"connect-timeout-ms", "5000"}});
   EXPECT_THAT(stopped.body, HasSubstr("TERMINATION_DEADLINE"));
@@ -398,7 +398,7 @@ TEST_F(WebPortTest, ConnectionsServeMoreThanOneRequest) {
   }
   ASSERT_TRUE(client.Send(request + request));  // one behind the other
   EXPECT_THAT(client.ReadUntil("next_page_token\":\"\"}HTTP"), HasSubstr("200 OK"));
-  // A client may ask whether its body is welcome.
+  // A client may ask first whether it may send its body.
   BareConnection careful(address_);
   ASSERT_TRUE(careful.Send("POST " + std::string(kListPath) +
                            " HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\ncontent-length: 2\r\n"
@@ -470,7 +470,7 @@ TEST_F(WebPortTest, SurvivesRequestsThatNoClientWouldSend) {
   EXPECT_TRUE(testing::Solve(*stub_, SwitchingRequest(20)).status.ok());
 }
 
-// A proxy and this server must agree where a request ends, or one client's bytes become another's request.
+// A proxy and this server must agree where a request ends. Otherwise bytes of one client become a request of another.
 TEST_F(WebPortTest, RefusesRequestsWithTwoReadings) {
   const std::string head =
       "POST " + std::string(kListPath) + " HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n";
@@ -539,7 +539,7 @@ TEST_F(WebPortTest, OtherSitesMayCallOnlyIfTheyAreNamed) {
   EXPECT_THAT(answer.headers.at("access-control-expose-headers"), HasSubstr("grpc-status-details-bin"));
 }
 
-// What the log says of calls while it lives, with addresses left out.
+// Collects the lines of the log about calls while it exists, without addresses.
 class AuditLines {
  public:
   AuditLines() : before_(spdlog::default_logger()) {

@@ -192,7 +192,7 @@ TEST_F(EventLogTest, StaysWithinItsLimitsAndSaysWhatItForgot) {
   Keep(*log, EventKind::kSummary, "done");
   EXPECT_LE(most, 100u);
   EXPECT_LE(log->num_events(), 100u);
-  // The iterates are lost, and said to be; each of the windows is there.
+  // The iterates are lost and announced as a gap; every window is there.
   const std::vector<std::string> texts = Read(*stalled, 64);
   EXPECT_EQ(std::count_if(texts.begin(), texts.end(), [](const auto& text) { return text.ends_with(":w"); }), 1000);
   EXPECT_EQ(texts[0], "[1-20 not retained]");
@@ -304,7 +304,7 @@ TEST_F(EventLogTest, WakesNobodyForIteratesThatNobodyMayHaveYet) {
   log->Reserve(1'000'000);
   const auto watch = Watch(log, {.min_interval = 50ms});
   EXPECT_EQ(Read(*watch).size(), 0u);
-  // The part of the dispatcher: it comes when it is woken, and when it said that it would.
+  // Plays the dispatcher: reads when it is woken, and at the time that it announced.
   int delivered = 0, seen = 0;
   Duration due = Duration::max();
   for (int k = 0; k < 1000; ++k) {
@@ -407,7 +407,7 @@ TEST_F(EventLogTest, WantsWhatItsWatchersWantBetweenThem) {
   EXPECT_EQ(*log->WantedDetail(), EventDetail());
 }
 
-// Another server runs the job, and has told of some of what passes there.
+// Another server runs the job and has sent some of its transient events.
 TEST_F(EventLogTest, TakesWhatAnotherServerTells) {
   const auto transient = [this](std::int64_t sequence, const std::string& payload) {
     return Event{.sequence = sequence,
@@ -419,7 +419,7 @@ TEST_F(EventLogTest, TakesWhatAnotherServerTells) {
   const auto log = MakeLog({}, 1);
   const auto watch = Watch(log);
   EXPECT_THAT(Read(*watch), ElementsAre("1:queued"));
-  // Ahead of the news that there are further durable events.
+  // Arrives before the notice that there are further durable events.
   Archive(2, EventKind::kState, "running");
   Archive(3, EventKind::kAnalysis, "analysis");
   log->AppendRelayed(transient(5, "five"), 3);

@@ -16,7 +16,7 @@
 
 namespace dlcs::jobs::testing {
 
-// The state behind `window`, from the state before it: what a wrong resume would change.
+// The state after `window`, from the state before it. A wrong resume would change it.
 inline std::uint64_t NextState(std::uint64_t state, std::int64_t window) {
   state ^= static_cast<std::uint64_t>(window) + 0x9e3779b97f4a7c15u + (state << 6) + (state >> 2);
   return state * 6364136223846793005u + 1442695040888963407u;
@@ -41,8 +41,8 @@ inline std::string Trajectory(JobStore& store, const JobId& id) {
   return text;
 }
 
-// "windows iterates microseconds-per-iterate", or "throw", or "wait" for until it is stopped, or "unreachable" for a
-// store that cannot be read by the first two calls of all, or "break down", always or "twice".
+// What the work does: "windows iterates microseconds-per-iterate"; "throw"; "wait" until it is stopped; "unreachable":
+// the first two calls of all cannot read the store; "break down": always, or with "twice" two times.
 inline JobEnd FakeSolve(JobRun& run) {
   if (run.body() == "throw") throw std::runtime_error("the engine broke");
   if (run.body() == "unreachable") {

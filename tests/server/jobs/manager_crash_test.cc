@@ -43,8 +43,8 @@ JobManagerOptions Options() {
   return options;
 }
 
-// A server with one user, who submits a job whenever fewer than four are unfinished, watches the oldest one from where
-// the last life left it, and says on `pipe` what was acknowledged and seen. Never returns.
+// A server with one user. The user submits a job whenever fewer than four are unfinished, watches the oldest one from
+// where the previous process stopped, and writes to `pipe` what was acknowledged and seen. Never returns.
 [[noreturn]] void Serve(const std::string& path, int pipe, const std::map<JobId, std::int64_t>& positions) {
   const auto say = [pipe](const std::string& line) { testing::Say(pipe, line); };
   SqliteJobStore store({.path = path}, SystemClock());
@@ -105,7 +105,7 @@ struct Seen {
       if (what != "saw") continue;
       words >> first >> sequence >> kind >> std::ws;
       std::getline(words, payload);
-      // No number twice, none missing without a gap.
+      // No number occurs twice, and none is missing without a gap.
       if (first != positions[id] + 1 || sequence < first)
         errors += "after " + std::to_string(positions[id]) + ": " + line + "\n";
       positions[id] = sequence;

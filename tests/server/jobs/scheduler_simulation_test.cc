@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// Days of service in milliseconds: what users feel beside each other, and what is left of the server's capacity under
-// five times as much work as it can do.
+// SPDX-License-Identifier: Apache-2.0 Simulates days of service in milliseconds: how long users wait beside each other,
+// and how much of its capacity a server uses under five times as much work as it can do.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -103,7 +102,7 @@ TEST(SchedulerSimulationTest, ALightUserWaitsForAJobNotForAQueue) {
   const SchedulerLimits limits{.cores = 2, .max_queued_jobs_per_user = 1000};
   const std::vector<double> light = Responses(Simulate(limits, arrivals), "light");
   ASSERT_EQ(light.size(), 100u);
-  // The rest of one job that runs, and never more than one turn of the other: alone it takes 0.5 s.
+  // At most the rest of one running job and one turn of the other user: alone it takes 0.5 s.
   EXPECT_LE(Quantile(light, 1), 2 + 2 + 0.5);
   EXPECT_LE(Quantile(light, 0.5), 2 + 0.5);
   RecordProperty("light_p99_s", std::to_string(Quantile(light, 0.99)));
@@ -121,7 +120,7 @@ TEST(SchedulerSimulationTest, ALightUserWithSmallJobsWaitsForNothing) {
   const std::vector<double> light = Responses(fates, "light");
   ASSERT_EQ(light.size(), 200u);
   EXPECT_NEAR(Quantile(light, 1), 0.9, 1e-3);
-  // And takes nothing from the heavy one, who has all cores all the time.
+  // The light user takes nothing from the heavy one, who has all cores all the time.
   EXPECT_NEAR(Quantile(Responses(fates, "heavy"), 1), 100 * 25 / 2, 1e-3);
 }
 

@@ -125,8 +125,7 @@ TEST_F(SchedulerTest, WhatIsForOthersHasItsPlaceAndIsNeverStarted) {
   EXPECT_EQ(scheduler.queued(), 0);
 }
 
-// Set aside in the order in which they would have been next, had the first not been there; and started by nothing else
-// meanwhile.
+// The jobs that wait, in the order in which they would start without the first one; nothing else starts them meanwhile.
 TEST_F(SchedulerTest, AnotherJobTakesThePlaceOfOneThatAnotherServerHas) {
   Scheduler scheduler({.cores = 2}, clock_);
   for (const std::string k : {"1", "2", "3", "4", "5"}) scheduler.Restore(Job("ada", k));
@@ -163,7 +162,7 @@ TEST_F(SchedulerTest, WhatWasSetAsideIsQueuedAgainInItsOrder) {
   EXPECT_THAT(Order(scheduler), ElementsAre("ada2", "ada4", "ada5", "ada6", "ada7"));
 }
 
-// Removed meanwhile, as one that would miss its deadline is, and yet claimed.
+// Removed from the queue while it is being claimed, as a job that would miss its deadline is.
 TEST_F(SchedulerTest, AJobThatIsNotQueuedTakesThePlaceToo) {
   Scheduler scheduler({.cores = 1}, clock_);
   for (const std::string k : {"1", "2", "3"}) scheduler.Restore(Job("ada", k));
@@ -267,7 +266,7 @@ TEST_F(SchedulerTest, ASmallJobOfWhoHasSavedForItDoesNotWaitForJobsThatRun) {
   scheduler.Restore(Job("other", "1", 0.25));
   EXPECT_EQ(scheduler.StartNext()->id, "light1");
   EXPECT_FALSE(scheduler.StartNext().has_value());  // no more is lent
-  // What is lent is not missing elsewhere, nor the other way round.
+  // Lent cores are not taken from other jobs, and other jobs do not take lent ones.
   scheduler.Finished("heavy0", 0.5);
   EXPECT_EQ(scheduler.StartNext()->id, "other1");
   EXPECT_FALSE(scheduler.StartNext().has_value());
@@ -302,7 +301,7 @@ TEST_F(SchedulerTest, MemoryIsNotLent) {
   add("wide", 0.25, 2, 1);
   ASSERT_FALSE(scheduler.StartNext().has_value());
   clock_.Advance(31s);
-  // Nothing but "wide" may start on the cores there are, and small jobs go on beside it, where there is memory.
+  // Only "wide" may start on the ordinary cores. Small jobs go on beside it if there is memory.
   add("light", 0.5, 1, 7);
   EXPECT_FALSE(scheduler.StartNext().has_value());
   scheduler.Remove("light");
@@ -313,7 +312,7 @@ TEST_F(SchedulerTest, MemoryIsNotLent) {
   EXPECT_EQ(scheduler.StartNext()->id, "wide");
   scheduler.Finished("light", 0.5);
   scheduler.Finished("wide", 0.25);
-  // Beside one that waits for memory they do not.
+  // Beside a job that waits for memory small jobs do not start.
   add("other", 1, 1, 4);
   ASSERT_EQ(scheduler.StartNext()->id, "other");
   add("hungry", 0.25, 1, 10);

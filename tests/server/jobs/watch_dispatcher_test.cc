@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// Watchers in threads of their own: for the thread sanitizer as much as for the numbers.
+// SPDX-License-Identifier: Apache-2.0 Watchers in threads of their own; also for the thread sanitizer.
 #include "server/jobs/watch_dispatcher.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +21,7 @@ namespace {
 using namespace std::chrono_literals;
 using Got = EventWatch::Got;
 
-// Reads like a reactor: until there is nothing, then when it is called.
+// Reads like a reactor: until there is nothing more, and again when it is called.
 class Reader {
  public:
   Reader(std::shared_ptr<EventLog> log, const EventWatchOptions& options)
@@ -167,8 +166,8 @@ TEST(WatchDispatcherTest, WatchersMayComeAndGoWhileTheEngineRuns) {
   for (std::thread& visitor : visitors) visitor.join();
 }
 
-// The engine's side of the promise: what an iterate costs it beside a hundred watchers, ten of which never read.
-// Reported for people; what is asserted is far above what a quiet machine shows, and far below one watcher's pause.
+// What an iterate costs the engine beside a hundred watchers, ten of which never read. The time is printed. The bound
+// that is asserted is far above the time on a quiet machine, and far below the pause of one watcher.
 TEST(WatchDispatcherTest, TheEngineDoesNotWaitForAHundredWatchers) {
   WatchDispatcher dispatcher(SystemClock());
   const auto log = MakeLog(dispatcher);

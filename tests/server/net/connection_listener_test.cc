@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// A server that is connected to more often than it has descriptors.
+// SPDX-License-Identifier: Apache-2.0 A server with more connections than it has file descriptors.
 #include "server/net/connection_listener.h"
 
 #include <arpa/inet.h>
@@ -30,7 +29,7 @@ using ::testing::HasSubstr;
 
 constexpr int kDescriptors = 160;
 
-// Descriptors that processes begun meanwhile may have.
+// Descriptors that processes started meanwhile may have.
 class FewDescriptors {
  public:
   FewDescriptors() {
@@ -94,12 +93,12 @@ TEST(ConnectionListenerTest, AServerThatIsConnectedToTooOftenStillServes) {
     }
     EXPECT_GT(greeted, 20);
     EXPECT_LE(greeted, kDescriptors - ConnectionListener::kKeptDescriptors);
-    // The server may have opened something for itself meanwhile, for which they are kept.
+    // The server may have opened files meanwhile; these descriptors are reserved for that.
     EXPECT_GE(kDescriptors - OpenDescriptors(*dlcsd), ConnectionListener::kKeptDescriptors / 2);
-    // Who was there before them goes on.
+    // Earlier connections still work.
     EXPECT_TRUE(testing::Solve(*early, testing::SwitchingRequest(100)).status.ok());
   }
-  // When they have gone there is room again, soon.
+  // When they have closed, there is room again soon.
   bool is_greeted = false;
   for (int k = 0; k < 1000 && !is_greeted; ++k) {
     is_greeted = SilentConnection(address).IsGreeted();

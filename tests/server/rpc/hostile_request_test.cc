@@ -38,7 +38,7 @@ class HostileRequestTest : public ::testing::Test {
     before_ = dlcsd_.ResidentBytes();
   }
 
-  // The server is well, and has not grown by more than what gRPC holds of a few messages.
+  // Checks that the server still answers, and has grown by no more than a few messages of gRPC.
   ~HostileRequestTest() override {
     EXPECT_TRUE(testing::Solve(*solver_, SwitchingRequest(100)).status.ok());
     // Sanitizers keep freed memory.

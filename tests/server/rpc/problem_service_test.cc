@@ -90,7 +90,7 @@ class ProblemServiceTest : public testing::ServiceTest {
     return uploaded.ok() ? uploaded->problem().name() : "";
   }
 
-  // What a client that says and sends this is told.
+  // The status for a client that announces and sends this.
   grpc::Status UploadRaw(std::int64_t announced, const std::string& sha256, const std::vector<std::string>& pieces,
                          v1::UploadProblemResponse* response = nullptr) {
     grpc::ClientContext context;
@@ -211,7 +211,7 @@ TEST_F(ProblemServiceTest, WhatIsThereNeedNotBeSent) {
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_TRUE(response.existed());
   EXPECT_EQ(response.problem().name(), name);
-  // Far more than fits into what is in transit: the server does not take it.
+  // Far more than the buffers between client and server hold: the server does not read it.
   EXPECT_TRUE(UploadRaw(1, ContentHash(bytes), std::vector<std::string>(64, std::string(512 << 10, 'x'))).ok());
   EXPECT_EQ(CountProblems(), 1u);
 }

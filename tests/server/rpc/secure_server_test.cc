@@ -96,7 +96,7 @@ class SecureServerTest : public testing::ServiceTest {
     return options;
   }
 
-  // What comes of a call that every reader may make.
+  // The status of a call that every reader may make.
   static absl::Status Ask(const ConnectionOptions& options) {
     auto client = Client::Connect(options);
     if (!client.ok()) return client.status();
@@ -233,7 +233,7 @@ TEST_F(SecureServerTest, JobsOfOthersAreNotFound) {
   EXPECT_EQ(bob->jobs().Cancel(job, {}).status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(bob->jobs().Delete(job, {}).code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(reader->jobs().Delete(job, {}).code(), absl::StatusCode::kPermissionDenied);
-  // Word for word what is said of a job that never was.
+  // The same answer, word for word, as for a job that never existed.
   EXPECT_EQ(std::string(bob->jobs().Get(job, {}).status().message()).size(),
             std::string(bob->jobs().Get("jobs/" + std::string(26, 'a'), {}).status().message()).size());
 
@@ -311,7 +311,7 @@ TEST_F(SecureServerTest, ClientsSayWhatIsWrongWithTheCertificateOfAServer) {
   EXPECT_THAT(Refusal(Encrypted(authority_)), HasSubstr("its certificate is not for 127.0.0.1"));
   Start({}, false);
   EXPECT_THAT(Refusal(Encrypted(authority_)), HasSubstr("it does not encrypt connections"));
-  // Nobody is asked to wait for what does not get better.
+  // No client is told to retry if a retry cannot help.
   int notices = 0;
   const auto client = *Client::Connect(Encrypted(authority_), [&](const std::string&) { ++notices; });
   EXPECT_EQ(client->jobs().List({}, 1, {.deadline = seconds(60), .stop = {}}).status().code(),
@@ -342,7 +342,7 @@ TEST_F(SecureServerTest, CertificatesAreReadAgainAndBrokenOnesAreNot) {
   Start(Tls(authority_.Issue("localhost")), false);
   const testing::TestAuthority next;
   ASSERT_TRUE(Ask(Encrypted(authority_)).ok());
-  // As it looks while somebody copies: the new certificate with the old key, half of it, none.
+  // The files while somebody copies them: the new certificate with the old key, half of it, none.
   const Issued issued = next.Issue("localhost");
   for (const std::string& broken : {issued.certificate, issued.certificate.substr(0, 300), std::string()}) {
     File("server.pem", broken);

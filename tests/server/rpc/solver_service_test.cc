@@ -54,8 +54,8 @@ Analyzed Analyze(v1::SolverService::Stub& stub, const v1::Problem& problem) {
   return analyzed;
 }
 
-// What must not depend on where a solve ran: everything but identifiers, clocks, and the progress of marching
-// methods, which is told by the clock.
+// What must not depend on where a solve ran: everything except identifiers, times, and the progress of methods that
+// step, which is reported by the clock.
 struct Told {
   std::vector<std::string> words;  // analysis, iterates, summary
   std::vector<double> numbers;     // the trajectory

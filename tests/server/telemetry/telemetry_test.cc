@@ -64,8 +64,7 @@ class TelemetryTest : public testing::ServiceTest {
 
   std::string Metrics() const { return Get(server_->metrics_address(), "/metrics").body; }
 
-  // The metrics as soon as `series` is `value`: calls are counted when gRPC has done with them, a moment after their
-  // callers know.
+  // Returns the metrics as soon as `series` is `value`. gRPC counts a call a moment after its caller has the answer.
   std::string MetricsWhen(const std::string& series, double value) const {
     std::string metrics = Metrics();
     for (int i = 0; i < 3000 && Value(metrics, series) != value; ++i) {
@@ -140,7 +139,7 @@ TEST_F(TelemetryTest, CountsACallThatIsUnderWayAndItsCancellation) {
   const std::string in_flight = "dlcs_rpcs_in_flight{method=\"dlcs.v1.SolverService/Solve\"}";
   std::string metrics = MetricsWhen(in_flight, 1);
   EXPECT_EQ(Value(metrics, "dlcs_solves_running"), 1);
-  // Its result is counted a moment after the solve has its place.
+  // The result is counted a moment after the solve has freed its place.
   for (int k = 0; k < 500 && Value(metrics, "dlcs_held_result_bytes") <= 1e6; ++k) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     metrics = MetricsWhen(in_flight, 1);
@@ -193,7 +192,8 @@ TEST_F(TelemetryTest, SaysHowTheProgramWasMade) {
   EXPECT_THAT(Metrics(), HasSubstr(std::string("revision=\"") + kBuild.revision + "\""));
 }
 
-// As far as it can be told without Prometheus: every family once, with help and type, before its samples.
+// Checks the format as far as that is possible without Prometheus: every family occurs once, with help and type, before
+// its samples.
 TEST_F(TelemetryTest, IsTextThatPrometheusReads) {
   RunJob(testing::SwitchingRequest(100));
   const testing::HttpAnswer page = Get(server_->metrics_address(), "/metrics");

@@ -213,7 +213,7 @@ TEST_F(JobCommandsTest, AProblemIsUploadedOnceAndSolvedByName) {
     const ProgramOutcome of_file = Dlcs("solve -" + options, kEasyProblem);
     const ProgramOutcome of_name = Dlcs("solve " + name + options);
     EXPECT_EQ(of_name.code, 0) << of_name.err;
-    // A table is headed with what was solved, and its last lines tell the time it took.
+    // A table starts with the name of the problem and ends with the time that the solve took.
     EXPECT_EQ(of_name.out.substr(of_name.out.find('\n'), 300), of_file.out.substr(of_file.out.find('\n'), 300));
   }
   const ProgramOutcome analyzed = Dlcs("analyze " + name);
