@@ -84,9 +84,10 @@ bool EventDriven(SolveContext& context) {
   constexpr double kNoBetter = 0.7;
   constexpr double kFirstByDefault = 0.1;  // a second solve would cost more than somewhat shorter steps
   const double asked = context.options.error_tolerance;
-  const double tolerance = asked > 0 ? std::min(asked, kLargestEventTolerance) : kDefaultEventTolerance;
+  const double tolerance = asked > 0 ? asked : kDefaultEventTolerance;
   Solution& solution = context.solution;
-  double of_steps = context.error_by_default ? kFirstByDefault * tolerance : tolerance;
+  double of_steps =
+      context.error_by_default ? kFirstByDefault * tolerance : std::min(tolerance, kLargestEventTolerance);
   // The default tolerance has a limit of work, of which a part is left for methods with fixed steps.
   const Index num_states = context.problem.num_states();
   const Index most_work = context.error_by_default ? MaxDefaultEventWork(context.options.output_times.size(),

@@ -276,6 +276,28 @@ TEST(SolutionRulesInSolvesTest, NewtonLeavesJumpsToSubstitutionAndRefusesUnknown
   EXPECT_THAT(refused->message, HasSubstr("known for nondegenerate M only"));
 }
 
+// Of w = (y2, y1) + x - 1 neither y1 nor y2 alone makes a solution, since w_i does not contain y_i. Of two equal rows
+// of M with different constants not both w_i are zero.
+TEST(SolutionRulesInSolvesTest, TheSparsestSolutionPassesSingularBasesOfNone) {
+  for (const Matrix& M :
+       {Matrix{{0, 1}, {1, 0}}, Matrix{{0, 3e5}, {1e-7, 0}}, Matrix{{1, 1, 0}, {1, 1, 0}, {0, 0, 1}}}) {
+    const Index n = M.rows();
+    Problem problem;
+    problem.A = Matrix(-Matrix::Identity(n, n));
+    problem.B = problem.N = Matrix(Matrix::Identity(n, n));
+    problem.M = M;
+    problem.f = TimeFunction::Zero(n);
+    problem.g = TimeFunction::Constant(Vector::Constant(n, -1));
+    if (n == 3) problem.g = TimeFunction::Constant(Vector{{-1.0, -2, -1}});
+    problem.x0 = Vector::Zero(n);
+    problem.horizon = 0.1;
+    problem.rule = SolutionRule::kSparsest;
+    const Solution solution = SolveWith(problem, Method::kTimeStepping, 20);
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    EXPECT_LE(solution.certificate.node_residual, 1e-9 * solution.certificate.lcp_scale);
+  }
+}
+
 TEST(SolutionRulesInSolvesTest, IterationNeedsARule) {
   Problem problem = TwinDiodes();
   problem.rule = SolutionRule::kAuto;

@@ -133,7 +133,11 @@ BasicSolutions AllBasicSolutions(const Matrix& M, const Vector& q, const std::st
     } else if (point.solved()) {
       point.Write(lcp, y);
       PolishSolution(M, q, y);
-      collector.AddSolution(point.indices(), y);
+      if (y.allFinite()) {
+        collector.AddSolution(point.indices(), y);
+      } else {
+        collector.GiveUp();
+      }
     } else if (point.IsDoubtful(lcp, basis)) {
       collector.GiveUpUnlessEmpty(IndicesOf(basis));
     }

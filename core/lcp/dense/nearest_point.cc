@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/lcp/dense/complementary_solver.h"
 #include "core/linalg/decompositions.h"
@@ -51,6 +52,27 @@ bool Contains(const Polyhedron& polyhedron, const Vector& v) {
     if (!(std::abs(miss[i]) <= kRankRounding * (size[i] + units.bound / units.of_E(i)))) return false;
   }
   return true;
+}
+
+// Whether a combination of the rows of E is zero to rounding and that of e clearly is not: no v satisfies them.
+bool EquationsContradict(const Polyhedron& polyhedron) {
+  constexpr double kZero = 64 * std::numeric_limits<double>::epsilon();
+  constexpr double kClearly = 1e-6;
+  const Matrix& E = polyhedron.E;
+  const std::vector<Index> rows = IndependentRows(E);
+  if (static_cast<Index>(rows.size()) == E.rows()) return false;
+  const Matrix independent = E(rows, Eigen::all);
+  const Vector e = polyhedron.e(rows);
+  for (Index i = 0; i < E.rows(); ++i) {
+    Vector factors = Vector::Zero(e.size());
+    if (!rows.empty()) factors = independent.transpose().colPivHouseholderQr().solve(E.row(i).transpose());
+    const Vector rest = E.row(i).transpose() - independent.transpose() * factors;
+    const Vector terms = E.row(i).cwiseAbs().transpose() + independent.cwiseAbs().transpose() * factors.cwiseAbs();
+    const double size = polyhedron.e_size[i] + factors.cwiseAbs().dot(e.cwiseAbs());
+    const bool is_zero = (rest.array().abs() <= kZero * terms.array()).all();
+    if (is_zero && std::abs(polyhedron.e[i] - factors.dot(e)) > kClearly * size) return true;
+  }
+  return false;
 }
 
 struct Minimum {
@@ -150,8 +172,11 @@ NearestPoint FindNearestPoint(const Polyhedron& polyhedron, const Selector& sele
   const Index n = selector.C.cols();
   NearestPoint nearest;
   const Minimum first = Minimize(polyhedron, selector);
-  if (first.verdict == LcpStatus::kInfeasible) nearest.answer = Feasibility::kInfeasible;
-  if (first.verdict != LcpStatus::kSolved) return nearest;
+  if (first.verdict != LcpStatus::kSolved) {
+    const bool infeasible = first.verdict == LcpStatus::kInfeasible || EquationsContradict(polyhedron);
+    if (infeasible) nearest.answer = Feasibility::kInfeasible;
+    return nearest;
+  }
   nearest.answer = Feasibility::kFeasible;
   nearest.v = first.v;
   nearest.distance = (selector.C * first.v - selector.b).norm();

@@ -142,6 +142,12 @@ TEST(BasicSolutionsTest, FindsTheSolutionThatAProblemWasMadeOf) {
   }
 }
 
+TEST(BasicSolutionsTest, ListsNoSolutionBeyondTheRangeOfDoubles) {
+  const BasicSolutions all = AllBasicSolutions(Matrix{{1e-320}}, Vector{{-1.0}});  // y = 1e320
+  EXPECT_TRUE(all.solutions.empty());
+  EXPECT_FALSE(all.complete);
+}
+
 TEST(BasicSolutionsTest, FindsOneForAPMatrixAndStopsWhenTold) {
   LcpGenerator generator(4);
   for (int round = 0; round < 50; ++round) {
