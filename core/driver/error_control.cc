@@ -2,8 +2,8 @@
 #include "core/driver/error_control.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -14,6 +14,7 @@
 #include "core/discretization/sources.h"
 #include "core/discretization/step_sources.h"
 #include "core/driver/memory_prediction.h"
+#include "core/driver/source_resolution.h"
 #include "core/event_driven/event_driven.h"
 #include "core/event_driven/rounded_data.h"
 #include "core/format_number.h"
@@ -150,46 +151,20 @@ Vector LagBehind(const Problem& problem, const Solution& solution) {
   return lag;
 }
 
-// How far f and g are, at two points inside a step, from the parabola through their values at its ends and its middle,
-// relative to the largest value of each component; the largest of 64 steps. Where a step is a multiple of the period of
-// a source, all grids see the same values, and comparing them shows nothing.
-absl::StatusOr<double> UnresolvedSources(const Problem& problem, const Grid& grid, const Solution& solution) {
-  constexpr Index kMaxSteps = 64;
-  constexpr std::array<double, 2> kPoints = {0.381966, 0.763932};  // no multiples of a simple part of the step
-  absl::StatusOr<Sources> sources = Sources::Create(problem);
-  if (!sources.ok()) return sources.status();
-  SourceSampler sampler(*sources);
-  const Index num_states = problem.num_states(), size = num_states + problem.num_constraints();
-  const auto value = [&](double t, Side side) {
-    Vector both(size);
-    sampler.F(t, side, both.head(num_states));
-    sampler.G(t, side, both.tail(size - num_states));
-    return both;
+// Of what a solve on `grid` sees of the sources of `problem`, which must outlive what is returned.
+std::function<double(const Grid&, const Solution&)> UnresolvedSourcesOf(const Problem& problem) {
+  return [&problem](const Grid& grid, const Solution& solution) {
+    absl::StatusOr<Sources> sources = Sources::Create(problem);
+    if (!sources.ok()) return 0.0;
+    SourceSampler sampler(*sources);
+    const Index num_states = problem.num_states(), num_constraints = problem.num_constraints();
+    return UnresolvedSources(grid, solution, [&](double t, Side side, Index) {
+      Vector both(num_states + num_constraints);
+      sampler.F(t, side, both.head(num_states));
+      sampler.G(t, side, both.tail(num_constraints));
+      return both;
+    });
   };
-  Vector largest = Vector::Zero(size), difference = Vector::Zero(size);
-  const Index stride = (grid.num_steps() + kMaxSteps - 1) / kMaxSteps;
-  for (Index k = 0; k < grid.num_steps(); k += stride) {
-    const double begin = grid.times[static_cast<std::size_t>(k)], end = grid.times[static_cast<std::size_t>(k) + 1];
-    const Vector left = value(begin, Side::kRight), middle = value(0.5 * (begin + end), Side::kRight);
-    const Vector right = value(end, Side::kLeft);
-    largest = largest.cwiseMax(left.cwiseAbs()).cwiseMax(middle.cwiseAbs()).cwiseMax(right.cwiseAbs());
-    for (const double s : kPoints) {
-      const Vector inside = value(begin + s * (end - begin), Side::kRight);
-      const Vector seen = (1 - s) * (1 - 2 * s) * left + 4 * s * (1 - s) * middle + s * (2 * s - 1) * right;
-      largest = largest.cwiseMax(inside.cwiseAbs());
-      difference = difference.cwiseMax((inside - seen).cwiseAbs());
-    }
-  }
-  // A difference that moves x and w by less than this part of their size counts as rounding of the sources.
-  constexpr double kNoEffect = 1e-9;
-  Vector effect(size);
-  effect << problem.horizon * difference.head(num_states), difference.tail(size - num_states);
-  double unresolved = 0;
-  for (Index i = 0; i < size; ++i) {
-    const auto moved = i < num_states ? solution.x.row(i) : solution.w.row(i - num_states);
-    if (effect[i] > kNoEffect * MaxAbs(moved)) unresolved = std::max(unresolved, difference[i] / largest[i]);
-  }
-  return unresolved;
 }
 
 absl::StatusOr<Solution> SolveWithRoundedData(const Task& task, const Grid& grid, double ulps) {
@@ -214,6 +189,7 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
       .horizon = task.problem.horizon,
       .break_points = BreakPoints(task.problem),
       .expected_order = ExpectedOrder(task),
+      .event_driven_serves = !impacts,
       .trials = {.solve = [&task, &observer](const Grid& grid) { return SolveOnGrid(task, grid, observer); },
                  .compare =
                      [&task, y_counts, impacts, lags](const Solution& coarse, const Solution& fine) {
@@ -224,6 +200,7 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
                          errors.x += Relative(LagBehind(task.problem, fine), sizes.x, sizes.x_rounding);
                        return errors;
                      },
+                 .unresolved = UnresolvedSourcesOf(task.problem),
                  .fits = {}}};
   // Other forms of A have set-ups of their own, too dear for this.
   if (!task.plan.propagator.system) {
@@ -356,22 +333,29 @@ void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result
     return;
   }
   solution.termination = Termination::kIterationLimit;
-  solution.message = "An error of " + FormatNumber(accuracy.tolerance) +
-                     " needs more steps than are allowed: the trajectory is " + "that of " + steps +
-                     ", whose error is estimated as " + FormatNumber(accuracy.error) +
-                     " of the size of x (observed order " + FormatNumber(std::round(10 * result.order) / 10) +
-                     "). Use event-driven, or allow a larger error.";
+  solution.message =
+      "An error of " + FormatNumber(accuracy.tolerance) + " needs more steps than are allowed: the trajectory is " +
+      "that of " + steps + ", whose error is estimated as " + FormatNumber(accuracy.error) +
+      " of the size of x (observed order " + FormatNumber(std::round(10 * result.order) / 10) + "). " +
+      (system.event_driven_serves ? "Use event-driven, or allow a larger error." : "Allow a larger error.");
 }
 
 absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution) {
   constexpr Index kMinSteps = 8;  // that can be doubled twice
+  bool coarser_serve = false;
   try {
     if (grid.num_steps() >= kMinSteps) {
       const absl::StatusOr<bool> compared = CompareWithCoarser(system, grid, solution);
       if (!compared.ok()) return compared.status();
-      if (*compared) return absl::OkStatus();
+      coarser_serve = *compared;
     }
-    return CompareWithFiner(system, grid, solution);
+    if (!coarser_serve) {
+      if (absl::Status status = CompareWithFiner(system, grid, solution); !status.ok()) return status;
+    }
+    if (solution.accuracy.source == AccuracySource::kCompared) {
+      CountUnresolved(system.trials.unresolved(grid, solution), solution);
+    }
+    return absl::OkStatus();
   } catch (const Stopped&) {
     solution.accuracy.note = "No estimate: stopped on request before there was a solution to compare with.";
     return absl::OkStatus();
@@ -410,12 +394,6 @@ absl::Status EstimateError(Task& task, Solution& solution) {
   }
   if (solution.contour && solution.contour->nodes > 0) {  // which all of them have in common
     solution.accuracy.error = NanMax(solution.accuracy.error, std::pow(10, solution.contour->log10_error));
-  }
-  if (const absl::StatusOr<double> unresolved = UnresolvedSources(task.problem, grid, solution);
-      solution.accuracy.source == AccuracySource::kCompared && unresolved.ok() && *unresolved > kNoSuccess) {
-    solution.accuracy.error = NanMax(solution.accuracy.error, *unresolved);
-    solution.warnings.push_back("Inside the steps f or g differs by " + FormatNumber(*unresolved) +
-                                " of its size from what the steps see of it: take shorter steps, or set a tolerance.");
   }
   // The time of all solves counts.
   solution.cost.seconds_total = SecondsSince(task.started);

@@ -34,6 +34,7 @@ struct SystemSolves {
   double horizon = 0;
   std::vector<double> break_points;
   double expected_order = 2;
+  bool event_driven_serves = true;  // it may be recommended
   TrialSolves trials;
   // Returns the grid of the first trial for a grid of equal steps; empty if that is the same.
   std::function<Grid(const Grid&)> grade = {};

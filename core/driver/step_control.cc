@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/driver/source_resolution.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -162,6 +163,7 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, 
       if (!IsAllowed(control, trials, grid, steps_so_far)) return result;
     } else {
       if (absl::Status status = so_far.Compare(result.solution); !status.ok()) return status;
+      CountUnresolved(trials.unresolved(grid, result.solution), result.solution);
       const double error = result.solution.accuracy.error;
       result.rounding = so_far.rounding();
       if (!convergence.empty()) result.order = convergence.order();

@@ -68,6 +68,8 @@ struct TrialSolves {
   // Solves with the data changed by so many ulps; empty for problems without that test.
   std::function<absl::StatusOr<Solution>(const Grid&, double ulps)> solve_rounded = {};
   std::function<ComponentErrors(const Solution& coarse, const Solution& fine)> compare;
+  // The part of f and g that a solve on the grid does not see; see UnresolvedSources().
+  std::function<double(const Grid&, const Solution&)> unresolved = [](const Grid&, const Solution&) { return 0.0; };
   std::function<bool(const Grid&)> fits;  // whether a solve fits into the allowed memory
 };
 
@@ -84,11 +86,12 @@ struct ControlledSolution {
 //
 // The error is estimated from the differences of consecutive trials at all output nodes of the coarser one, with the
 // observed order. If a trial fails, its step is taken to be too long: the next one has half of it, up to
-// kMaxFailingSteps. Failures that do not depend on the step are returned at once, as are Cancelled and errors. The
-// trials end without success if the next one would have more steps than `control` allows or would not fit into memory,
-// if even a second-order method would need a hundred times as many steps, or if rounding of the data moves the solution
-// by more than the tolerance. The last is tested once, at the first trial whose error is below 1e-3. Cost: twice that
-// of the last trial. Memory: the trajectories of two trials, of three during that test.
+// kMaxFailingSteps. The error is at least the part of f and g that the steps do not see. Failures that do not depend on
+// the step are returned at once, as are Cancelled and errors. The trials end without success if the next one would have
+// more steps than `control` allows or would not fit into memory, if even a second-order method would need a hundred
+// times as many steps, or if rounding of the data moves the solution by more than the tolerance. The last is tested
+// once, at the first trial whose error is below 1e-3. Cost: twice that of the last trial. Memory: the trajectories of
+// two trials, of three during that test.
 absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, Grid grid, const TrialSolves& trials);
 
 }  // namespace dlcs

@@ -3,6 +3,7 @@
 #include "core/nonlinear/solve_nonlinear.h"
 
 #include <chrono>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "core/context/solve_context.h"
 #include "core/driver/error_control.h"
 #include "core/driver/report.h"
+#include "core/driver/source_resolution.h"
 #include "core/linalg/norms.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/nonlinear/splitting_iteration.h"
@@ -78,11 +80,25 @@ Solution SolveOnGrid(NonlinearTask& task, NonlinearFunctions functions, const Gr
   return solution;
 }
 
+// The part of f(t, x, y) and g(t, x, y), as functions of t alone, that steps do not see.
+double Unresolved(const NonlinearTask& task, const Grid& grid, const Solution& solution) {
+  auto functions = NonlinearFunctions::Create(task.problem);
+  if (!functions.ok()) return 0;
+  return UnresolvedSources(grid, solution, [&](double t, Side side, Index column) {
+    const double beside = side == Side::kRight ? t : std::nextafter(t, 0);
+    Vector both(task.problem.num_states() + task.problem.num_constraints());
+    const Vector x = solution.x.col(column), y = solution.y.col(column);
+    both << functions->F(beside, x, y), functions->G(beside, x, y);
+    return both;
+  });
+}
+
 // Solves on any grid, with functions of their own, and what to compare of them. `task` must outlive what is returned.
 SystemSolves SolvesOf(NonlinearTask& task, Observer& observer) {
   return {.horizon = task.problem.horizon,
           .break_points = BreakPoints(task.problem),
           .expected_order = 2,
+          .event_driven_serves = false,
           .trials = {.solve = [&task, &observer](const Grid& grid) -> absl::StatusOr<Solution> {
                        auto functions = NonlinearFunctions::Create(task.problem);
                        if (!functions.ok()) return functions.status();
@@ -90,6 +106,8 @@ SystemSolves SolvesOf(NonlinearTask& task, Observer& observer) {
                      },
                      .compare = [](const Solution& coarse,
                                    const Solution& fine) { return DifferencesBetween(coarse, fine, SizesOf(fine)); },
+                     .unresolved = [&task](const Grid& grid,
+                                           const Solution& solution) { return Unresolved(task, grid, solution); },
                      .fits = {}}};
 }
 
@@ -218,7 +236,7 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
                               : SolveOnGivenSteps(task, *std::move(functions), grid, observer);
   if (!solution.ok()) return solution;
   solution->reason = report.matrix_class + "; " + solution->reason;
-  solution->warnings = report.warnings;
+  solution->warnings.insert(solution->warnings.begin(), report.warnings.begin(), report.warnings.end());
   return solution;
 }
 

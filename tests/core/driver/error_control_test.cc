@@ -271,6 +271,45 @@ TEST(ErrorToleranceOptionTest, TakesTwoStagesAboveAnObstacle) {
   EXPECT_LE(two_stages.certificate.node_residual, 1e-10);
 }
 
+// x' = -x + y + 5 cos²(2π 4096 t), y = max(0, 1 - x): grids of 64 to 8192 steps see the constant 5. A sine in [0, 1e6]
+// has many periods in each of their steps.
+TEST(TrialStepsTest, SourcesThatAllGridsSeeAtOnePhaseAreNotBelieved) {
+  Problem problem = testing::Scalar(-1, 1, 1, 1);
+  problem.g = TimeFunction::Constant(Vector::Constant(1, -1));
+  problem.f = TimeFunction::Formulas({"5*cos(2*pi*4096*t)^2"});
+  problem.x0 = Vector::Zero(1);
+  problem.horizon = 1;
+  const double reaches_one = 0.5 * std::log(7.0 / 3);  // of x' = 3.5 - 2x; then x' = 2.5 - x
+  const double exact = 2.5 - 1.5 * std::exp(reaches_one - 1);
+  for (const Method method : {Method::kAuto, Method::kExponentialIntegrator, Method::kLaplaceIteration}) {
+    const Solution solution = SolveFor(problem, Within(1e-3, method));
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    EXPECT_NEAR(solution.x(0, solution.x.cols() - 1), exact, 2e-3) << MethodName(method);
+  }
+  Options by_default;
+  EXPECT_FALSE(JudgeSolution(SolveFor(problem, by_default)).success);
+  by_default.method = Method::kExponentialIntegrator;
+  EXPECT_FALSE(JudgeSolution(SolveFor(problem, by_default)).success);
+  problem.f = TimeFunction::Formulas({"sin(t)"});
+  problem.horizon = 1e6;
+  for (const Method method : {Method::kAuto, Method::kExponentialIntegrator, Method::kTimeStepping}) {
+    by_default.method = method;
+    EXPECT_FALSE(JudgeSolution(SolveFor(problem, by_default)).success) << MethodName(method);
+  }
+}
+
+// A source that is singular at a single time, and steep beside it, is resolved elsewhere.
+TEST(TrialStepsTest, ASingularTimeIsNoUnresolvedSource) {
+  Problem problem = testing::Scalar(-1, 1, 1, 1);
+  problem.horizon = 5;
+  for (const char* f : {"abs(t - 2)^0.3", "sqrt(t)", "atan(1e9*(t - 2))"}) {
+    problem.f = TimeFunction::Formulas({f});
+    const Solution solution = SolveFor(problem, Within(1e-4, Method::kExponentialIntegrator));
+    EXPECT_EQ(solution.termination, Termination::kReachedEnd) << f << ": " << solution.message;
+    EXPECT_TRUE(JudgeSolution(solution).success) << f << ": " << JudgeSolution(solution).text;
+  }
+}
+
 // Ten steps of 0.1 see a source of 40 Hz at the same phase, and so do five and two.
 TEST(ErrorEstimateTest, IsNotSmallWhereStepsMissTheOscillationOfASource) {
   for (const bool of_state : {true, false}) {

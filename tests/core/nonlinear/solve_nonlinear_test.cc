@@ -290,6 +290,30 @@ TEST(SolveNonlinear, RefusesWhatTheSplittingCannotDetermine) {
   EXPECT_THAT(solution.message, HasSubstr("y1 occurs in no formula of g"));
 }
 
+// All grids of up to 8192 steps see the constant 5.
+TEST(SolveNonlinear, DoesNotBelieveStepsThatSeeASourceAtOnePhase) {
+  NonlinearProblem problem;
+  problem.f = {"-x1 + y1 + 5*cos(2*pi*4096*t)^2"};
+  problem.g = {"x1 + y1 - 1"};
+  problem.x0 = Vector::Zero(1);
+  problem.horizon = 1;
+  for (const Options& options : {Options(), Steps(1024)}) {
+    const Verdict verdict = JudgeSolution(SolveWith(problem, options));
+    EXPECT_FALSE(verdict.success) << verdict.text;
+  }
+}
+
+TEST(SolveNonlinear, RecommendsNoMethodThatSolvesLinearProblemsOnly) {
+  NonlinearProblem problem = Harvest();
+  problem.f = {"-x1**3 + y1 + sin(20*t)"};
+  Options options;
+  options.error_tolerance = 1e-13;
+  const Solution solution = SolveWith(problem, options);
+  EXPECT_EQ(solution.termination, Termination::kIterationLimit) << solution.message;
+  EXPECT_THAT(solution.message, HasSubstr("Allow a larger error"));
+  EXPECT_EQ(solution.message.find("event-driven"), std::string::npos) << solution.message;
+}
+
 TEST(SolveNonlinear, StopsOnRequest) {
   std::stop_source source;
   source.request_stop();

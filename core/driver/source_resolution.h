@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether steps see what f and g do inside them.
+
+#ifndef DLCS_CORE_DRIVER_SOURCE_RESOLUTION_H_
+#define DLCS_CORE_DRIVER_SOURCE_RESOLUTION_H_
+
+#include <functional>
+#include <string>
+
+#include "core/discretization/grid.h"
+#include "core/problem/solution.h"
+#include "core/problem/time_axis.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// f and g at time t, or their limits from one side, one below the other; x and y are those of this column of the
+// trajectory.
+using SourcesAt = std::function<Vector(double t, Side side, Index column)>;
+
+// How far f and g are, inside steps of `grid`, from the parabola through their values at the ends and the middle of the
+// step, and where that is coarse, from the line through its ends, which is all that most methods see; relative to the
+// largest value of each component, or to what that can move x and w by, whichever is smaller. Where a step is a
+// multiple of the period of a source, all grids see the same values, and comparing them shows nothing. 64 steps are
+// looked at, at times that no period has in common. The two that differ most do not count, since a source that is
+// singular at single times is resolved elsewhere. `solution` has the trajectory on `grid`. Cost: five values of f and g
+// for each step.
+double UnresolvedSources(const Grid& grid, const Solution& solution, const SourcesAt& sources);
+
+// Raises the error of `solution` to the `unresolved` part of the sources, with a warning, if it is larger than what is
+// small enough to leave that to the comparison of solves.
+void CountUnresolved(double unresolved, Solution& solution);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_DRIVER_SOURCE_RESOLUTION_H_
