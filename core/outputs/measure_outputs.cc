@@ -83,6 +83,10 @@ class OutputMeter {
   }
 
   Found Measure(const Measurement& one) const {
+    std::vector<Index> outputs = one.outputs;
+    if (one.at) outputs.insert(outputs.end(), one.at->outputs.begin(), one.at->outputs.end());
+    if (one.until) outputs.insert(outputs.end(), one.until->outputs.begin(), one.until->outputs.end());
+    if (std::string overflow = Overflow(outputs); !overflow.empty()) return None(std::move(overflow));
     switch (one.kind) {
       case MeasurementKind::kValue: {
         const Found at = Find(*one.at);
@@ -136,7 +140,7 @@ class OutputMeter {
       LookForStop();
       const Vector samples = Samples({limit.output}, piece);
       for (Index i = 0; i < kSamples; ++i) {
-        if (!(std::abs(samples[i]) >= level)) continue;
+        if (std::abs(samples[i]) < level) continue;  // not where it overflows
         return problem_.outputs.names[static_cast<std::size_t>(limit.output)] + " reaches its limit " +
                FormatNumber(limit.value) + " at t = " + FormatNumber(piece.t_of(sample_places_[i])) +
                ": from there on the result is not that of the model.";
@@ -160,6 +164,17 @@ class OutputMeter {
       name += (name.empty() ? "" : " * ") + problem_.outputs.names[static_cast<std::size_t>(output)];
     }
     return name;
+  }
+
+  // Where one of `outputs` is no number of double precision; empty if it is one everywhere.
+  std::string Overflow(const std::vector<Index>& outputs) const {
+    for (const CurvePiece& piece : curves_) {
+      for (const Index output : outputs) {
+        if (piece.z.row(RowOf(output)).allFinite()) continue;
+        return NameOf({output}) + " is not finite from t = " + FormatNumber(piece.begin) + " on.";
+      }
+    }
+    return "";
   }
 
   std::string EndsAt() const { return "the trajectory ends at t = " + FormatNumber(reached_) + "."; }

@@ -20,6 +20,7 @@ class CurveMaker {
   void AddPolynomials(const TrajectoryPiece& piece, double begin, double end, const Vector& tail) {
     constexpr double kAccuracy = 1e-12, kHardlyFalls = 0.1;
     constexpr double kRounding = 1e-14;  // of the terms: the current of a switch is a small difference of large ones
+    LookForStop();
     const LegendreVector& nodes = GetLegendreBasis().nodes;
     CurvePiece curve{begin, end, {}};
     LegendreVector times;
@@ -42,7 +43,8 @@ class CurveMaker {
     const auto fits = left.array() <= enough.array();
     const bool is_enough = tail.size() > 0 ? (fits || left.array() >= kHardlyFalls * tail.array()).all() : fits.all();
     const double middle = curve.t_of(0);
-    if (is_enough || !(middle > begin && middle < end)) {
+    // Where an output overflows, shorter parts do not help.
+    if (is_enough || !left.allFinite() || !(middle > begin && middle < end)) {
       curves_.push_back(std::move(curve));
       return;
     }
@@ -82,7 +84,6 @@ absl::StatusOr<std::vector<CurvePiece>> OutputCurves(const Problem& problem, con
     maker.AddLines(solution);
   } else {
     for (const TrajectoryPiece& piece : solution.pieces) {
-      LookForStop();
       if (piece.end > piece.begin) maker.AddPolynomials(piece, piece.begin, piece.end, Vector());
     }
   }

@@ -208,6 +208,21 @@ TEST(MeasureOutputsTest, AnOutputAtItsLimitIsNoSuccess) {
   EXPECT_THAT(verdict.concerns[0], HasSubstr("y reaches its limit 0.5 at t = 0.08"));
 }
 
+// Halves of a piece on which it overflows do so too, without an end.
+TEST(MeasureOutputsTest, AnOutputThatOverflowsHasNoValueAndIsAtItsLimit) {
+  Problem problem = Oscillator(2);
+  problem.outputs.C = (Matrix(4, 2) << 1.7e308, 1.7e308, 0, 0, 0, 2, 0, 0).finished();
+  problem.outputs.limits = {{0, 10}};
+  const std::vector<Measurement> all = {OverTime(MeasurementKind::kAverage, {0}, 0),
+                                        OverTime(MeasurementKind::kMaximum, {0}, 0),
+                                        When(Crossing(0, 1, CrossingDirection::kEither, 1))};
+  for (const MeasurementResult& result : Measured(problem, all, Tight())) {
+    EXPECT_FALSE(result.value) << *result.value;
+    EXPECT_THAT(result.reason, HasSubstr("c is not finite from t = "));
+  }
+  EXPECT_EQ(testing::SolveToEnd(problem, Tight()).reached_limits.size(), 1U);
+}
+
 TEST(OutputEvaluatorTest, HasBothLimitsWhereAnOutputJumps) {
   Problem problem = Oscillator(1);
   problem.outputs.hidden = 0;
