@@ -94,16 +94,19 @@ std::vector<Violation> Validate(const NonlinearProblem& problem) {
 absl::Status CheckValid(const NonlinearProblem& problem, const Options& options) {
   std::vector<Violation> violations = Validate(problem);
   for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
-  if (options.method != Method::kAuto && options.method != Method::kLaplaceIteration) {
-    violations.push_back({"method", "nonlinear problems are solved by laplace-iteration only; must be that or auto"});
-  }
-  for (Violation& violation : CheckPeriod(problem, options)) violations.push_back(std::move(violation));
+  for (Violation& violation : CheckOptions(problem, options)) violations.push_back(std::move(violation));
   return StatusOf(violations);
 }
 
-std::vector<Violation> CheckPeriod(const NonlinearProblem& /*problem*/, const Options& options) {
-  if (options.period == 0) return {};
-  return {{"period", "periodic solutions of nonlinear problems are not searched for; must not be set"}};
+std::vector<Violation> CheckOptions(const NonlinearProblem& /*problem*/, const Options& options) {
+  std::vector<Violation> violations;
+  if (options.method != Method::kAuto && options.method != Method::kLaplaceIteration) {
+    violations.push_back({"method", "nonlinear problems are solved by laplace-iteration only; must be that or auto"});
+  }
+  if (options.period != 0) {
+    violations.push_back({"period", "periodic solutions of nonlinear problems are not searched for; must not be set"});
+  }
+  return violations;
 }
 
 }  // namespace dlcs

@@ -44,11 +44,10 @@ std::vector<double> BreakPoints(const NonlinearProblem& problem);
 // The warnings of the search for these switching times.
 std::vector<std::string> SourceWarnings(const NonlinearProblem& problem);
 
-// OK, or InvalidArgument with every violation of problem and options ("field: description", one per line). Of
-// the methods only kAuto and kLaplaceIteration solve nonlinear problems.
+// OK, or InvalidArgument with every violation of problem and options ("field: description", one per line).
 absl::Status CheckValid(const NonlinearProblem& problem, const Options& options);
-// Options::period is for linear problems.
-std::vector<Violation> CheckPeriod(const NonlinearProblem& problem, const Options& options);
+// Options that only linear problems have: a period, and methods other than kAuto and kLaplaceIteration.
+std::vector<Violation> CheckOptions(const NonlinearProblem& problem, const Options& options);
 
 }  // namespace dlcs
 

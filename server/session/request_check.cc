@@ -19,6 +19,10 @@
 namespace dlcs {
 namespace {
 
+std::vector<Violation> CheckOptions(const Problem& problem, const Options& options) {
+  return CheckPeriod(problem, options);
+}
+
 // The violations that the engine would report, with the field names of the wire.
 template <typename System>
 std::vector<Violation> AllViolations(const System& problem, const Options& options) {
@@ -26,7 +30,7 @@ std::vector<Violation> AllViolations(const System& problem, const Options& optio
   for (Violation& violation : Validate(options, problem.horizon)) {
     violations.push_back({WireOptionName(violation.field), std::move(violation.description)});
   }
-  if (violations.empty()) violations = CheckPeriod(problem, options);
+  if (violations.empty()) violations = CheckOptions(problem, options);
   return violations;
 }
 

@@ -216,6 +216,11 @@ TEST(DlcsProgramTest, RefusesWhatIsForLinearProblemsOnly) {
   EXPECT_THAT(formula.err, HasSubstr("standard input: g[0]: "));
   EXPECT_THAT(RunDlcs("solve - --rule unique", nonlinear).err, HasSubstr("--rule: "));
   EXPECT_THAT(RunDlcs("solve - --rule unique", nonlinear).code, 2);
+  const ProgramOutcome method =
+      RunDlcs("solve - --method time-stepping",
+              R"(echo '{"kind": "nonlinear", "f": ["-x1+y1"], "g": ["y1+x1"], "x0": [1], "T": 1}' | )");
+  EXPECT_EQ(method.code, 2) << method.out;
+  EXPECT_THAT(method.err, HasSubstr("--method: nonlinear problems are solved by laplace-iteration only"));
   EXPECT_THAT(RunDlcs("analyze -", nonlinear).err, HasSubstr("nonlinear"));
   EXPECT_EQ(RunDlcs("analyze -", nonlinear).code, 2);
 }
