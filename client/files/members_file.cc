@@ -86,6 +86,18 @@ std::optional<std::vector<double>> NumbersOf(absl::string_view line) {
   return numbers;
 }
 
+// Whether a line may hold the names of columns: where a field begins like a number, it is a mistake in one.
+bool MayBeNames(absl::string_view line) {
+  for (const absl::string_view field : absl::StrSplit(line, ',')) {
+    const absl::string_view name = absl::StripAsciiWhitespace(field);
+    if (!name.empty() && (absl::ascii_isdigit(static_cast<unsigned char>(name[0])) || name[0] == '-' ||
+                          name[0] == '+' || name[0] == '.')) {
+      return false;
+    }
+  }
+  return true;
+}
+
 absl::StatusOr<Members> ReadTable(const std::string& text, const std::string& source) {
   Members members;
   std::size_t number = 0;
@@ -94,7 +106,7 @@ absl::StatusOr<Members> ReadTable(const std::string& text, const std::string& so
     const absl::string_view line = absl::StripAsciiWhitespace(untrimmed);
     if (line.empty()) continue;
     const auto numbers = NumbersOf(line);
-    if (!numbers && number == 1) continue;  // the names of the columns
+    if (!numbers && number == 1 && MayBeNames(line)) continue;  // the names of the columns
     if (!numbers) {
       return absl::InvalidArgumentError(fmt::format(
           "{}, line {}: is no line of numbers between commas, an initial state; nor is the file JSON, which "
