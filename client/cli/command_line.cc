@@ -7,11 +7,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "client/cli/commands/command_support.h"
@@ -301,10 +303,18 @@ std::optional<std::string> OptionOfValue(const CLI::App& current, const std::str
   return std::nullopt;
 }
 
+bool IsFile(const std::string& word) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(word, ignored);
+}
+
 // The message for a word that is not an option or command here, with the nearest one that is.
 std::string NotKnown(const CLI::App& app, const std::string& word) {
   const std::string name = word.substr(0, word.find('='));
   const CLI::App& current = Current(app);
+  if (&current == &app && IsFile(word)) {
+    return fmt::format("\"{}\" is a file and no command; did you mean dlcs solve {}?", word, word);
+  }
   auto meant = OptionOfValue(current, name);
   if (!meant) meant = NearestName(name, KnownNames(current));
   return fmt::format("\"{}\" is not known here{}", name, DidYouMean(meant));

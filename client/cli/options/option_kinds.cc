@@ -120,7 +120,8 @@ std::vector<double> ParseTimesOrFile(const std::string& text, const std::string&
 
 double ParseBytes(const std::string& text, const std::string& option) {
   constexpr std::pair<const char*, double> kUnits[] = {{"", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}};
-  return ParseWithUnit(text, kUnits, "in bytes, kB, MB, GB or TB", option);
+  constexpr double kAny = 0x1p62;  // as good as no limit, and a number of 64 bits
+  return std::min(ParseWithUnit(text, kUnits, "in bytes, kB, MB, GB or TB", option), kAny);
 }
 
 double ParseDuration(const std::string& text, const std::string& option) {

@@ -10,6 +10,8 @@
 #include <variant>
 #include <vector>
 
+#include "tests/support/paths.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -73,6 +75,7 @@ TEST(CommandLineTest, TakesPropagatorAccelerationAndMemory) {
   EXPECT_EQ(options.max_memory_bytes(), 1.5e9);
   EXPECT_EQ(Solve({"--max-memory", "2000"}).options.max_memory_bytes(), 2000);
   EXPECT_EQ(Solve({"--max-memory", "3kb"}).options.max_memory_bytes(), 3000);
+  EXPECT_GT(Solve({"--max-memory", "1e30GB"}).options.max_memory_bytes(), 4e18);
   for (const char* text : {"8GX", "5XB", "3kiB", "2b"}) {
     EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", text}),
                 HasSubstr("unknown unit, " + std::string(text + 1) + "; must be in bytes, kB, MB, GB or TB"));
@@ -253,6 +256,8 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
   EXPECT_THAT(Refused({"solve", "p.json", "--format", "jsn"}), HasSubstr("did you mean json?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--stesp", "3"}), HasSubstr("did you mean --steps?"));
   EXPECT_THAT(Refused({"slove", "p.json"}), HasSubstr("did you mean solve?"));
+  const std::string file = dlcs::testing::ExamplePath("rectifier");
+  EXPECT_THAT(Refused({file.c_str()}), HasSubstr("is a file and no command; did you mean dlcs solve " + file + "?"));
 }
 
 TEST(CommandLineTest, NamesAnUnknownOptionBeforeWhatIsMissing) {
