@@ -128,10 +128,9 @@ void ReadSourcesOnce(const json& root, int states, int constraints, const Agreem
   const auto check = [&](const char* key, const v1::TimeFunction& one, const v1::TimeFunction& other, int size) {
     if (!root.contains(key) || agrees(one, other, size, problem)) return;
     reader.Refuse(
-        key,
-        fmt::format("is given as well as pieces, which hold another {}; put it into the pieces, or leave out one of "
-                    "them out",
-                    key));
+        key, fmt::format("is given as well as pieces, which hold another {}; put it into the pieces, or leave one of "
+                         "them out",
+                         key));
   };
   check("f", f, f_beside, states);
   check("g", g, g_beside, constraints);

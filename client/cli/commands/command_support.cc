@@ -32,13 +32,15 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 9> kFileName
     {"state_names", "states"},
     {"pair_names", "pairs"},
 }};
-constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kFileParts = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kFileParts = {{
     {".sparse.values[", ".entries["},
     {".sparse.row_indices[", ".entries["},
     {".sparse.column_indices[", ".entries["},
     {".kronecker_sum.factors[", ".kronecker_sum["},
     {"].start", "].t0"},
     {"selector.c", "selector.C"},
+    {"outputs.c", "outputs.C"},
+    {"outputs.d", "outputs.D"},
 }};
 
 // What the command line calls `field`, the path of an option in a request from its name on; empty where it is none.

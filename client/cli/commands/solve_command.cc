@@ -136,17 +136,28 @@ absl::Status Print(const SolveCommand& command, const SolveWays& ways, const std
   return absl::OkStatus();
 }
 
+// For an iteration that does not converge.
+const char* AdviceOnIteration(const SolveCommand& command, const v1::Summary& summary, bool is_nonlinear) {
+  const bool given_window = summary.method() == v1::METHOD_LAPLACE_ITERATION && command.options.window_steps() != 0;
+  if (is_nonlinear) return given_window ? "--window auto shrinks windows until they converge" : nullptr;
+  if (given_window) {
+    return "--window auto shrinks windows until they converge, --method exponential-integrator does not iterate";
+  }
+  return "--method exponential-integrator does not iterate";
+}
+
 // An option that may help. It is printed after the message of the engine, which does not know the options.
-const char* Advice(const v1::Summary& summary) {
+const char* Advice(const SolveCommand& command, const v1::Summary& summary, bool is_nonlinear) {
   const bool iterates =
       summary.method() == v1::METHOD_LAPLACE_ITERATION || summary.method() == v1::METHOD_WU_CHEN_ITERATION;
+  // The iterations converged, and what is missing are steps.
+  const bool too_few_steps = summary.accuracy().source() == v1::ACCURACY_SOURCE_CONTROLLED;
   switch (summary.termination()) {
     case v1::TERMINATION_INCONSISTENT_STATE:
       return "--project-initial-state lets the state jump";
     case v1::TERMINATION_DIVERGED:
     case v1::TERMINATION_ITERATION_LIMIT:
-      if (!iterates) return nullptr;
-      return "--window auto shrinks windows until they converge, --method exponential-integrator does not iterate";
+      return iterates && !too_few_steps ? AdviceOnIteration(command, summary, is_nonlinear) : nullptr;
     case v1::TERMINATION_DEADLINE:
       return "--deadline allows more time, --steps fewer steps";
     default:
@@ -154,7 +165,7 @@ const char* Advice(const v1::Summary& summary) {
   }
 }
 
-void PrintVerdict(const SolveCommand& command, const SolveResult& result) {
+void PrintVerdict(const SolveCommand& command, const SolveResult& result, bool is_nonlinear) {
   const v1::Summary& summary = result.summary;
   const bool table_says_it = command.format == OutputFormat::kTable && IsStandardOutput(command.output);
   if (!table_says_it && !command.quiet) {
@@ -172,7 +183,7 @@ void PrintVerdict(const SolveCommand& command, const SolveResult& result) {
   if (const std::string about = AboutLastSwitchings(summary, result.names); !about.empty()) {
     fmt::print(stderr, "dlcs: {}\n", about);
   }
-  if (const char* advice = Advice(summary)) fmt::print(stderr, "dlcs: {}\n", advice);
+  if (const char* advice = Advice(command, summary, is_nonlinear)) fmt::print(stderr, "dlcs: {}\n", advice);
 }
 
 // Prints to the file if there is one, to standard output otherwise.
@@ -321,7 +332,7 @@ ExitCode Run(const SolveCommand& command, SolveWays ways) {
     for (const std::string& line : OptionsWithoutEffect(command.options, used, input->is_nonlinear()))
       PrintNotice(line);
   }
-  PrintVerdict(command, *result);
+  PrintVerdict(command, *result, input->is_nonlinear());
   if (!command.plot.empty()) {
     const absl::Status drawn = DrawResult(input->title(), *result, command.plot);
     if (!drawn.ok()) return PrintError(drawn, absl::IsInvalidArgument(drawn) ? kBadInput : kServiceFailed);

@@ -178,7 +178,8 @@ ExitCode ConcludeJob(const v1::SolveJob& job) {
     return job.error().code() == static_cast<int>(absl::StatusCode::kInvalidArgument) ? kBadInput : kServiceFailed;
   }
   if (job.state() == v1::JOB_STATE_CANCELLED) {
-    fmt::print(stderr, "dlcs: {} was cancelled{}\n", job.name(), MembersText(job));
+    fmt::print(stderr, "dlcs: {} was cancelled{}{}\n", job.name(), job.has_start_time() ? "" : " before it began",
+               MembersText(job));
     return kServiceFailed;
   }
   if (job.has_ensemble()) {

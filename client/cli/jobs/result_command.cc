@@ -195,6 +195,8 @@ ExitCode Run(const ResultCommand& command) {
   result.constraints = static_cast<std::size_t>(result.analysis.constraints());
   if (read.ok()) read = ReadPages((*client)->jobs(), *name, command, limits, out, result);
   if (!read.ok()) return PrintError(read, ExitCodeOf(read));
+  const bool has_nothing = !job->has_summary() && result.times.empty();
+  if (has_nothing && command.format != OutputFormat::kCsv) return ConcludeJob(*job);
   if (command.format == OutputFormat::kJson) PrintJson(TitleOf(*job), result, out);
   if (command.format == OutputFormat::kTable) {
     if (command.at.empty()) Thin(result);

@@ -104,7 +104,7 @@ void PrintWhole(const v1::SolveJob& job) {
   fmt::print("  stored     {} bytes, {} events\n", job.stored_bytes(), job.last_sequence());
   if (job.has_error()) fmt::print("  error      {}\n", job.error().message());
   if (!job.has_summary()) return;
-  fmt::print("  verdict    {}: {}\n", TerminationName(job.summary().termination()), job.summary().message());
+  fmt::print("  verdict    {}: {}\n", VerdictText(job.summary()), job.summary().message());
   for (const std::string& warning : job.summary().warnings()) fmt::print("  warning    {}\n", warning);
 }
 

@@ -14,7 +14,9 @@ namespace dlcs::client {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(DlcsMethodTest, LocatesSwitchingTimesForASmallErrorAndShowsThem) {
   const ProgramOutcome outcome = SolveText(kEasyProblem, "--tolerance 1e-9");
@@ -47,6 +49,21 @@ TEST(DlcsMethodTest, FindsThePeriodicSteadyState) {
   const ProgramOutcome driven = SolveText(problem, "--periodic auto");
   EXPECT_EQ(driven.code, 2);
   EXPECT_THAT(driven.err, HasSubstr("f[0] (speed) depends on time"));
+}
+
+// Steps are missing, and no iteration has failed.
+TEST(DlcsMethodTest, AdvisesOnIterationsOnlyWhereTheyFail) {
+  const ProgramOutcome steps =
+      SolveText(R"json({"kind": "nonlinear", "f": ["-x1**3+y1+sin(20*t)"], "g": ["x1+y1-1"], "x0": [1], "T": 5})json",
+                "--tolerance 1e-13");
+  EXPECT_EQ(steps.code, 1) << steps.out;
+  EXPECT_THAT(steps.out, HasSubstr("needs more steps than are allowed"));
+  EXPECT_THAT(steps.err, Not(AnyOf(HasSubstr("--window"), HasSubstr("does not iterate"))));
+  const ProgramOutcome window = SolveText(kEasyProblem,
+                                          "--steps 400 --method laplace-iteration --window whole "
+                                          "--max-iterations 1");
+  EXPECT_EQ(window.code, 1) << window.out;
+  EXPECT_THAT(window.err, HasSubstr("--window auto shrinks windows"));
 }
 
 TEST(DlcsMethodTest, SaysWhyThereIsNoPeriodicSteadyState) {

@@ -208,6 +208,14 @@ TEST(DlcsProgramTest, SolvesANonlinearProblem) {
   EXPECT_GT(deepest, 0.4);  // it does reach the stop
 }
 
+TEST(DlcsProgramTest, NamesTheMatricesOfOutputsAsInTheFile) {
+  const ProgramOutcome outcome =
+      RunDlcs("solve -", R"(echo '{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [0], "T": 1,
+                                   "outputs": {"names": ["z"], "C": [[1, 2]], "D": [[1], [2]]}}' | )");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("outputs.C: 1 x 2"), HasSubstr("outputs.D: 2 x 1")));
+}
+
 TEST(DlcsProgramTest, RefusesWhatIsForLinearProblemsOnly) {
   const std::string nonlinear =
       R"(echo '{"kind": "nonlinear", "f": ["-x1+y1"], "g": ["y1+x1-z"], "x0": [1], "T": 1}' | )";

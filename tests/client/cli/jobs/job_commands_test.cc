@@ -37,7 +37,11 @@ class JobCommandsTest : public ::testing::Test {
  protected:
   void SetUp() override {
     spdlog::set_level(spdlog::level::off);
-    ServerConfig config;
+    Start({});
+  }
+
+  void Start(ServerConfig config) {
+    server_.reset();
     config.listen = "127.0.0.1:0";
     config.store = folder_.File("jobs.db");
     auto server = DlcsServer::Start(config);
@@ -104,6 +108,10 @@ TEST_F(JobCommandsTest, WatchExitsAsSolveWould) {
   EXPECT_EQ(watched.code, 1) << watched.err;
   EXPECT_THAT(watched.err, HasSubstr("UNSUPPORTED"));
   EXPECT_EQ(Dlcs("result " + job).code, 1);
+  // As "succeeded", the state of a job that ran to its end, does not say.
+  const std::string rough = Submit(kEasyProblem, "--steps 10 --no-estimate-error");
+  EXPECT_EQ(Dlcs("watch --quiet " + rough).code, 0);
+  EXPECT_THAT(Dlcs("get " + rough).out, HasSubstr("verdict    reached T, error not estimated: Reached T"));
   EXPECT_EQ(Dlcs("watch jobs/abcdefghijklmnopqrstuvwxyz").code, 3);
   EXPECT_EQ(Dlcs("watch nonsense").code, 2);
 }
@@ -170,6 +178,19 @@ TEST_F(JobCommandsTest, CancelsListsAndForgets) {
   EXPECT_EQ(Dlcs("delete " + job).code, 0);
   EXPECT_EQ(Dlcs("get " + job).code, 3);
   EXPECT_EQ(Dlcs("list").out, "");
+}
+
+TEST_F(JobCommandsTest, AJobThatNeverBeganHasNoResult) {
+  ServerConfig one_at_a_time;
+  one_at_a_time.max_concurrent_solves = 1;
+  Start(one_at_a_time);
+  const std::string first = Submit(kEasyProblem, "--steps 4000000 --method time-stepping");
+  const std::string second = Submit(kEasyProblem, "--steps 4000000 --method time-stepping");
+  EXPECT_EQ(Dlcs("cancel " + second).code, 0);
+  const ProgramOutcome outcome = Dlcs("result " + second);
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_THAT(outcome.err, HasSubstr("was cancelled before it began"));
 }
 
 TEST_F(JobCommandsTest, SaysWhatIsWrongBeforeItIsTaken) {
