@@ -31,17 +31,17 @@ struct SolutionFace {
 
 struct BasicSolutions {
   std::vector<BasicSolution> solutions;  // distinct, in the order of their first bases as binary numbers
-  std::vector<SolutionFace> faces;  // those that are not empty and hold more than solutions already listed
-  bool complete = false;            // every S was decided: all solutions are on the two lists
+  std::vector<SolutionFace> faces;       // those that are not empty and hold more than solutions already listed
+  bool complete = false;                 // every S was decided: all solutions are on the two lists
   bool empty() const { return solutions.empty() && faces.empty(); }
   bool unique() const { return complete && solutions.size() == 1 && faces.empty(); }
 };
 
 // All solutions of LCP(q, M), n <= kMaxBasicSolutionsSize, by looking at each of the 2ⁿ complementary bases once. For a
 // nondegenerate M the solutions are all there is. Not complete where `stop` was requested (looked at for every basis),
-// where more than 4096 solutions or faces were found, where a solution is beyond the range of doubles, or where a nearly
-// singular basis could not be decided. `M` is n × n, `q` has n entries; all finite. Cost: 2ⁿ factorizations, and a
-// quadratic program per singular basis with q_S in the range of M_SS.
+// where more than 4096 solutions or faces were found, where a solution is beyond the range of doubles, or where a
+// nearly singular basis could not be decided. `M` is n × n, `q` has n entries; all finite. Cost: 2ⁿ factorizations, and
+// a quadratic program per singular basis with q_S in the range of M_SS.
 BasicSolutions AllBasicSolutions(const Matrix& M, const Vector& q, const std::stop_token& stop = {},
                                  const Vector& tolerance = {});
 
