@@ -226,15 +226,20 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& shi
 }
 
 ComponentErrors ErrorGrowth::RelativeTo(const Magnitudes& sizes) const {
-  ComponentErrors errors{.x = Relative(x_, sizes.x, noise_)};
+  // Errors beyond the range of doubles have no difference.
+  const auto bounded = [](const Vector& errors) {
+    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+    return Vector(errors.array().isNaN().select(kInfinite, errors));
+  };
+  ComponentErrors errors{.x = bounded(Relative(x_, sizes.x, noise_))};
   if (w_.size() == 0) return errors;
   constexpr double kRounding = 16 * kEpsilon;
   const Vector terms_of_w = problem_.N.AbsTimes(sizes.x) + problem_.M.AbsTimes(sizes.y) + sizes.g;
   // An active y_i is a sum of the terms of w_i, divided by M_ii.
   const Vector diagonal = problem_.M.Dense().diagonal();
   const Vector terms_of_y = (diagonal.array() > 0).select(terms_of_w.cwiseQuotient(diagonal), sizes.y);
-  errors.By = Relative(By_, sizes.By, kRounding * problem_.B.AbsTimes(terms_of_y));
-  errors.w = Relative(w_, terms_of_w, Vector::Zero(w_.size()));
+  errors.By = bounded(Relative(By_, sizes.By, kRounding * problem_.B.AbsTimes(terms_of_y)));
+  errors.w = bounded(Relative(w_, terms_of_w, Vector::Zero(w_.size())));
   return errors;
 }
 

@@ -20,9 +20,11 @@ bool MeetsTolerance(SolveContext& context, double tolerance, bool is_rounding, c
   std::vector<std::string>& warnings = context.solution.warnings;
   if (record.coupled_steps > 0) warnings.push_back(DescribeCoupledSteps(record));
   if (record.errors.largest() <= tolerance) return true;
+  const double largest = record.errors.largest();
   const std::string error =
-      "The estimated error, " + FormatNumber(record.errors.largest()) +
-      " of the size of a component, is more than the tolerance " + FormatNumber(tolerance) +
+      (std::isfinite(largest) ? "The estimated error, " + FormatNumber(largest) + " of the size of a component,"
+                              : std::string("The estimated error grows beyond the range of numbers and")) +
+      " is more than the tolerance " + FormatNumber(tolerance) +
       (is_rounding ? "; shorter steps do not help, since rounding, of the data too, changes the states by as much"
                    : "");
   if (context.options.error_tolerance > 0 && !context.error_by_default) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 
@@ -467,6 +468,24 @@ TEST(EventDrivenTest, DoesNotCallGrowthBeyondTheRangeOfNumbersInfeasible) {
   const Solution solution = SolveAt(problem, 1e-9);
   EXPECT_EQ(solution.termination, Termination::kNonFinite) << solution.message;
   EXPECT_NEAR(solution.failure_time, 0.72, 0.01);
+}
+
+// x1 = x3 keep x2 at zero, to the bit; any error of x2 grows by e^1000 in a unit of time.
+TEST(EventDrivenTest, AnErrorBeyondTheRangeOfNumbersIsInfinite) {
+  Problem problem;
+  problem.A = Matrix{{-1, 0, 0, 0}, {1, 1000, -1, 0}, {0, 0, -1, 0}, {0, 1, 0, -1}};
+  problem.B = Matrix::Zero(4, 1);
+  problem.N = Matrix::Zero(1, 4);
+  problem.M = Matrix{{1}};
+  problem.f = TimeFunction::Zero(4);
+  problem.g = TimeFunction::Constant(Vector{{1}});
+  problem.x0 = Vector{{1, 0, 1, 1}};
+  problem.horizon = 2;
+  const Solution solution = SolveAt(problem, 1e-6, {problem.horizon});
+  EXPECT_EQ(solution.termination, Termination::kIterationLimit);
+  EXPECT_EQ(solution.accuracy.error, std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(solution.message.starts_with("The estimated error grows beyond the range of numbers"))
+      << solution.message;
 }
 
 TEST(EventDrivenTest, OutputHoldsTheNodesAskedForAndTheBitsDoNotDependOnThem) {
