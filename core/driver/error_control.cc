@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -153,10 +154,10 @@ Vector LagBehind(const Problem& problem, const Solution& solution) {
 
 // Of what a solve on `grid` sees of the sources of `problem`, which must outlive what is returned.
 std::function<double(const Grid&, const Solution&)> UnresolvedSourcesOf(const Problem& problem) {
-  return [&problem](const Grid& grid, const Solution& solution) {
-    absl::StatusOr<Sources> sources = Sources::Create(problem);
-    if (!sources.ok()) return 0.0;
-    SourceSampler sampler(*sources);
+  const auto sources = std::make_shared<absl::StatusOr<Sources>>(Sources::Create(problem));
+  return [&problem, sources](const Grid& grid, const Solution& solution) {
+    if (!sources->ok()) return 0.0;
+    SourceSampler sampler(**sources);
     const Index num_states = problem.num_states(), num_constraints = problem.num_constraints();
     return UnresolvedSources(grid, solution, [&](double t, Side side, Index) {
       Vector both(num_states + num_constraints);

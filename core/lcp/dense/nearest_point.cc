@@ -63,9 +63,10 @@ bool EquationsContradict(const Polyhedron& polyhedron) {
   if (static_cast<Index>(rows.size()) == E.rows()) return false;
   const Matrix independent = E(rows, Eigen::all);
   const Vector e = polyhedron.e(rows);
+  Matrix factors_of_rows = Matrix::Zero(e.size(), E.rows());
+  if (!rows.empty()) factors_of_rows = independent.transpose().colPivHouseholderQr().solve(E.transpose());
   for (Index i = 0; i < E.rows(); ++i) {
-    Vector factors = Vector::Zero(e.size());
-    if (!rows.empty()) factors = independent.transpose().colPivHouseholderQr().solve(E.row(i).transpose());
+    const auto factors = factors_of_rows.col(i);
     const Vector rest = E.row(i).transpose() - independent.transpose() * factors;
     const Vector terms = E.row(i).cwiseAbs().transpose() + independent.cwiseAbs().transpose() * factors.cwiseAbs();
     const double size = polyhedron.e_size[i] + factors.cwiseAbs().dot(e.cwiseAbs());
