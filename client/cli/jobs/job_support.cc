@@ -142,6 +142,16 @@ absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed,
   return TheOne(typed, "job", "list", found);
 }
 
+absl::StatusOr<JobOnServer> ConnectToJob(const JobTarget& target, const std::string& typed,
+                                         const Interrupt& interrupt) {
+  auto client = Connect(target);
+  if (!client.ok()) return client.status();
+  const CallLimits limits = LimitsFor(target, interrupt);
+  auto name = FindJob((*client)->jobs(), typed, limits);
+  if (!name.ok()) return name.status();
+  return JobOnServer{*std::move(client), limits, *std::move(name)};
+}
+
 absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string& typed, const CallLimits& limits) {
   if (IsProblemName(typed)) return typed;
   const auto problems = client.List(limits);

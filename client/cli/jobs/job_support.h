@@ -48,6 +48,18 @@ inline constexpr std::size_t kAllJobs = 1'000'000;
 // front. For the beginning of an id it lists the jobs of the server. Errors: InvalidArgument if no job or several jobs
 // match, listing them; those of List().
 absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed, const CallLimits& limits);
+
+// A job on a server, for a command about it.
+struct JobOnServer {
+  std::unique_ptr<Client> client;
+  CallLimits limits;
+  std::string name;  // the full one
+
+  JobClient& jobs() const { return client->jobs(); }
+};
+// Connects to `target` and finds the job `typed` there. Errors: those of Connect() and FindJob().
+absl::StatusOr<JobOnServer> ConnectToJob(const JobTarget& target, const std::string& typed, const Interrupt& interrupt);
+
 // The same for an uploaded problem, "problems/41cb".
 absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string& typed, const CallLimits& limits);
 

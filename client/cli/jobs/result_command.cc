@@ -119,24 +119,22 @@ void Thin(SolveResult& result) {
 }
 
 // The event with the analysis.
-absl::Status ReadAnalysis(JobClient& client, const std::string& name, const CallLimits& limits,
-                          v1::Analysis& analysis) {
+absl::Status ReadAnalysis(const JobOnServer& job, v1::Analysis& analysis) {
   v1::WatchSolveJobRequest request;
-  request.set_name(name);
+  request.set_name(job.name);
   request.set_view(v1::WATCH_VIEW_PROGRESS);
-  return client.Watch(
+  return job.jobs().Watch(
       request,
       [&](const v1::SolveEvent& event) {
         if (event.has_analysis()) analysis = event.analysis();
       },
-      limits);
+      job.limits);
 }
 
 // Writes CSV to `out` as it arrives, and everything else into `result`.
-absl::Status ReadPages(JobClient& client, const std::string& name, const ResultCommand& command,
-                       const CallLimits& limits, std::FILE* out, SolveResult& result) {
+absl::Status ReadPages(const JobOnServer& job, const ResultCommand& command, std::FILE* out, SolveResult& result) {
   v1::ReadTrajectoryRequest request;
-  request.set_name(name);
+  request.set_name(job.name);
   request.set_stride(command.stride);
   request.set_begin(command.from);
   if (command.to) request.set_end(*command.to);
@@ -153,12 +151,12 @@ absl::Status ReadPages(JobClient& client, const std::string& name, const ResultC
     PrintCsvLines(chunk, out);
   };
   Nearest nearest(command.at);
-  const absl::Status read = client.ReadTrajectory(
+  const absl::Status read = job.jobs().ReadTrajectory(
       request,
       [&](const v1::TrajectoryPage& page) {
         command.at.empty() ? take(page.chunk(), command.stride) : nearest.Add(page.chunk());
       },
-      limits);
+      job.limits);
   if (read.ok()) {
     for (const v1::TrajectoryChunk& column : nearest.Take()) take(column, 1);
   }
@@ -169,15 +167,11 @@ absl::Status ReadPages(JobClient& client, const std::string& name, const ResultC
 
 ExitCode Run(const ResultCommand& command) {
   const Interrupt interrupt;
-  const auto client = Connect(command.target);
-  if (!client.ok()) return PrintError(client.status(), kBadInput);
-  const CallLimits limits = LimitsFor(command.target, interrupt);
-
-  const absl::StatusOr<std::string> name = FindJob((*client)->jobs(), command.name, limits);
-  if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
-  const auto job = (*client)->jobs().Get(*name, limits);
+  const auto found = ConnectToJob(command.target, command.name, interrupt);
+  if (!found.ok()) return PrintError(found.status(), ExitCodeOf(found.status()));
+  const auto job = found->jobs().Get(found->name, found->limits);
   if (!job.ok()) return PrintError(job.status(), ExitCodeOf(job.status()));
-  if (job->has_ensemble()) return PrintEnsemble((*client)->jobs(), command, *job, limits);
+  if (job->has_ensemble()) return PrintEnsemble(found->jobs(), command, *job, found->limits);
   if (!HasEnded(job->state())) {
     return PrintError(
         absl::FailedPreconditionError(fmt::format("{} is {}, {:.0f} % done: dlcs watch {} waits for it", job->name(),
@@ -189,11 +183,11 @@ ExitCode Run(const ResultCommand& command) {
   std::FILE* const out = *output ? (*output)->stream() : stdout;
   SolveResult result;
   result.summary = job->summary();
-  absl::Status read = ReadAnalysis((*client)->jobs(), *name, limits, result.analysis);
+  absl::Status read = ReadAnalysis(*found, result.analysis);
   result.names = NamesIn(result.analysis);
   result.states = static_cast<std::size_t>(result.analysis.states());
   result.constraints = static_cast<std::size_t>(result.analysis.constraints());
-  if (read.ok()) read = ReadPages((*client)->jobs(), *name, command, limits, out, result);
+  if (read.ok()) read = ReadPages(*found, command, out, result);
   if (!read.ok()) return PrintError(read, ExitCodeOf(read));
   const bool has_nothing = !job->has_summary() && result.times.empty();
   if (has_nothing && command.format != OutputFormat::kCsv) return ConcludeJob(*job);

@@ -166,7 +166,9 @@ ExitCode DeleteProblem(const EndJobCommand& command, const CallLimits& limits) {
 }
 
 // Deletes every job that has ended and is in one of the given states.
-ExitCode DeleteJobs(const EndJobCommand& command, JobClient& client, const CallLimits& limits) {
+ExitCode DeleteJobs(const EndJobCommand& command, const CallLimits& limits) {
+  const auto client = Connect(command.target);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
   std::vector<v1::JobState> states = command.states;
   std::erase_if(states, [](v1::JobState state) { return !HasEnded(state); });
   if (states.empty() && !command.states.empty()) {
@@ -175,11 +177,11 @@ ExitCode DeleteJobs(const EndJobCommand& command, JobClient& client, const CallL
         kBadInput);
   }
   if (states.empty()) states = {v1::JOB_STATE_SUCCEEDED, v1::JOB_STATE_FAILED, v1::JOB_STATE_CANCELLED};
-  const auto jobs = client.List(states, kAllJobs, limits);
+  const auto jobs = (*client)->jobs().List(states, kAllJobs, limits);
   if (!jobs.ok()) return PrintError(jobs.status(), ExitCodeOf(jobs.status()));
   std::int64_t deleted = 0;
   for (const v1::SolveJob& job : *jobs) {
-    const absl::Status status = client.Delete(job.name(), limits);
+    const absl::Status status = (*client)->jobs().Delete(job.name(), limits);
     if (!status.ok() && !absl::IsNotFound(status)) return PrintError(status, ExitCodeOf(status));
     ++deleted;
   }
@@ -202,14 +204,14 @@ ExitCode Run(const ListProblemsCommand& command) {
 ExitCode Run(const ShowJobsCommand& command) {
   const Interrupt interrupt;
   if (command.name.starts_with("problems/")) return ShowProblem(command, LimitsFor(command.target, interrupt));
+  if (!command.name.empty()) {
+    const auto found = ConnectToJob(command.target, command.name, interrupt);
+    if (!found.ok()) return PrintError(found.status(), ExitCodeOf(found.status()));
+    return PrintOne(found->jobs().Get(found->name, found->limits), command.format);
+  }
   const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
-  if (!command.name.empty()) {
-    const auto name = FindJob((*client)->jobs(), command.name, limits);
-    if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
-    return PrintOne((*client)->jobs().Get(*name, limits), command.format);
-  }
   const auto jobs = (*client)->jobs().List(command.states, static_cast<std::size_t>(command.most), limits);
   if (!jobs.ok()) return PrintError(jobs.status(), ExitCodeOf(jobs.status()));
   Print(*jobs, command.format);
@@ -221,17 +223,14 @@ ExitCode Run(const EndJobCommand& command) {
   if (command.deletes && command.name.starts_with("problems/")) {
     return DeleteProblem(command, LimitsFor(command.target, interrupt));
   }
-  const auto client = Connect(command.target);
-  if (!client.ok()) return PrintError(client.status(), kBadInput);
-  const CallLimits limits = LimitsFor(command.target, interrupt);
-  if (command.all) return DeleteJobs(command, (*client)->jobs(), limits);
-  const auto name = FindJob((*client)->jobs(), command.name, limits);
-  if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
+  if (command.all) return DeleteJobs(command, LimitsFor(command.target, interrupt));
+  const auto found = ConnectToJob(command.target, command.name, interrupt);
+  if (!found.ok()) return PrintError(found.status(), ExitCodeOf(found.status()));
   if (command.deletes) {
-    const absl::Status deleted = (*client)->jobs().Delete(*name, limits);
+    const absl::Status deleted = found->jobs().Delete(found->name, found->limits);
     return deleted.ok() ? kSolved : PrintError(deleted, ExitCodeOf(deleted));
   }
-  const auto job = (*client)->jobs().Cancel(*name, limits);
+  const auto job = found->jobs().Cancel(found->name, found->limits);
   if (!job.ok()) return PrintError(job.status(), ExitCodeOf(job.status()));
   const bool ended_before = job->state() == v1::JOB_STATE_SUCCEEDED || job->state() == v1::JOB_STATE_FAILED;
   fmt::print(stderr, "dlcs: {} {}\n", job->name(),

@@ -117,14 +117,11 @@ ExitCode Run(const WatchCommand& command) {
     return PrintError(absl::InvalidArgumentError("--values: a table does not show them; add --format json"), kBadInput);
   }
   const Interrupt interrupt;
-  const auto client = Connect(command.target);
-  if (!client.ok()) return PrintError(client.status(), kBadInput);
-  const CallLimits limits = LimitsFor(command.target, interrupt);
-  const absl::StatusOr<std::string> name = FindJob((*client)->jobs(), command.name, limits);
-  if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
+  const auto found = ConnectToJob(command.target, command.name, interrupt);
+  if (!found.ok()) return PrintError(found.status(), ExitCodeOf(found.status()));
   WatchCommand named = command;
-  named.name = *name;
-  return FollowJob((*client)->jobs(), named, limits);
+  named.name = found->name;
+  return FollowJob(found->jobs(), named, found->limits);
 }
 
 }  // namespace dlcs::client
