@@ -28,7 +28,8 @@ void CheckRange(const Options& options, const OptionRange& range, ViolationList&
         } else {
           text = std::to_string(value);
         }
-        list.Add(range.field, text + "; " + range.rule);
+        const std::string otherwise = range.otherwise ? std::string(", or ") + range.otherwise : "";
+        list.Add(range.field, text + "; must be " + range.words + otherwise);
       },
       range.value);
 }

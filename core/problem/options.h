@@ -167,38 +167,37 @@ struct OptionRange {
   const char* field;
   std::variant<Index Options::*, int Options::*, double Options::*> value;
   double least, most;
-  const char* rule;  // in words
+  const char* words;                // completes "must be"
+  const char* otherwise = nullptr;  // the values that mean something else
 };
 inline constexpr double kAboveZero = std::numeric_limits<double>::denorm_min();
 inline constexpr double kMostFinite = std::numeric_limits<double>::max();
 inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 inline constexpr double kBelowOne = 1 - std::numeric_limits<double>::epsilon() / 2;
 
-// The rules of single options. Those that concern several of them are in Validate().
+// The rules of single options, for every door. Those that concern several of them are in Validate().
 inline constexpr OptionRange kOptionRanges[] = {
-    {"num_steps", &Options::num_steps, 1, Options::kMaxSteps, "must be between 1 and 1000000000, or 0 for the default"},
-    {"step", &Options::step, kAboveZero, kMostFinite, "must be finite and greater than 0, or 0 for the default"},
-    {"error_tolerance", &Options::error_tolerance, Options::kMinErrorTolerance, kBelowOne,
-     "must be at least 1e-13 and below 1, or 0 for none"},
-    {"theta", &Options::theta, 0, 1, "must lie in [0, 1]"},
-    {"window_steps", &Options::window_steps, Options::kWholeHorizon, kUnlimited,
-     "must be at least 1, or 0 to adapt, or -1 for the whole horizon"},
+    {"num_steps", &Options::num_steps, 1, Options::kMaxSteps, "between 1 and 1000000000", "0 for the default"},
+    {"step", &Options::step, kAboveZero, kMostFinite, "a number above 0", "0 for the default"},
+    {"error_tolerance", &Options::error_tolerance, Options::kMinErrorTolerance, kBelowOne, "at least 1e-13 and below 1",
+     "0 for none"},
+    {"theta", &Options::theta, 0, 1, "between 0 and 1"},
+    {"window_steps", &Options::window_steps, Options::kWholeHorizon, kUnlimited, "at least 1",
+     "0 to adapt, or -1 for the whole horizon"},
     // More windows would be computed in vain.
-    {"windows_in_flight", &Options::windows_in_flight, 1, 64, "must be between 1 and 64"},
-    {"iteration_tolerance", &Options::iteration_tolerance, kAboveZero, 1, "must lie in (0, 1]"},
+    {"windows_in_flight", &Options::windows_in_flight, 1, 64, "between 1 and 64"},
+    {"iteration_tolerance", &Options::iteration_tolerance, kAboveZero, 1, "above 0 and at most 1"},
     // Differences of more iterates are dependent to working precision.
-    {"acceleration", &Options::acceleration, 0, 20, "must be between 0 and 20"},
-    {"max_iterations", &Options::max_iterations, 1, kUnlimited, "must be at least 1, or 0 for the default"},
+    {"acceleration", &Options::acceleration, 0, 20, "between 0 and 20"},
+    {"max_iterations", &Options::max_iterations, 1, kUnlimited, "at least 1", "0 for the default"},
     // The contour is exact to rounding with a few hundred nodes.
-    {"num_contour_nodes", &Options::num_contour_nodes, 1, 1e4, "must be between 1 and 10000"},
-    {"contour_gamma", &Options::contour_gamma, kAboveZero, std::numbers::pi / 2 * kBelowOne,
-     "must lie in (0, pi/2), or be 0 for the default"},
-    {"contour_mu", &Options::contour_mu, kAboveZero, kMostFinite,
-     "must be finite and greater than 0, or 0 for the default"},
-    {"contour_step", &Options::contour_step, kAboveZero, kMostFinite,
-     "must be finite and greater than 0, or 0 for the default"},
-    {"max_memory", &Options::max_memory, kAboveZero, kUnlimited, "must be greater than 0 bytes"},
-    {"num_threads", &Options::num_threads, 1, kUnlimited, "must be at least 1, or 0 for all"},
+    {"num_contour_nodes", &Options::num_contour_nodes, 1, 1e4, "between 1 and 10000"},
+    {"contour_gamma", &Options::contour_gamma, kAboveZero, std::numbers::pi / 2 * kBelowOne, "above 0 and below pi/2",
+     "0 for the default"},
+    {"contour_mu", &Options::contour_mu, kAboveZero, kMostFinite, "a number above 0", "0 for the default"},
+    {"contour_step", &Options::contour_step, kAboveZero, kMostFinite, "a number above 0", "0 for the default"},
+    {"max_memory", &Options::max_memory, kAboveZero, kUnlimited, "above 0 bytes"},
+    {"num_threads", &Options::num_threads, 0, kUnlimited, "at least 0"},
 };
 
 // Every rule that `options` break for a problem with this `horizon`; with a period times are checked against that, and

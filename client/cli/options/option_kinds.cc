@@ -45,6 +45,9 @@ double ParseWithUnit(const std::string& text, std::span<const std::pair<const ch
 double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option) {
   const auto value = ParseNumber(text);
   if (!value || !rule.Holds(*value)) {
+    if (rule.whole && value && *value != std::floor(*value)) {
+      throw CLI::ValidationError(option, fmt::format("\"{}\" is not a whole number", text));
+    }
     throw CLI::ValidationError(option, fmt::format("\"{}\" is not {}", text, rule.words));
   }
   return *value;

@@ -10,6 +10,7 @@
 #include <map>
 #include <utility>
 
+#include "client/local/option_range.h"
 #include "client/result/names.h"
 
 namespace dlcs::client {
@@ -60,21 +61,18 @@ constexpr SolveOption kTable[] = {
      .value = "E",
      .help = "Largest error of each component of x, relative to its largest value (1e-6, unless steps are given). The "
              "steps are chosen to meet it; --step, --steps and --grid then only set the output times",
-     .rule = Within("at least 1e-13 and below 1", 1e-13, 0.9999999999999999),
      .group = kEveryday},
     {.field = "steps",
      .flag = "--steps",
      .kind = kNumber,
      .value = "J",
      .help = "Number of steps over [0, T]",
-     .rule = Whole("a whole number from 1 to 1000000000; leave it out for the default", 1, 1e9),
      .group = kEveryday},
     {.field = "step",
      .flag = "--step",
      .kind = kNumber,
      .value = "H",
      .help = "Largest length of a step",
-     .rule = Positive(),
      .group = kEveryday,
      .excludes = {"--steps"}},
     {.field = "grid_times",
@@ -110,14 +108,12 @@ constexpr SolveOption kTable[] = {
      .kind = kNumber,
      .value = "TOL",
      .help = "Iterate until the estimated remaining change is below this, relative (1e-12); for iterative steps their "
-             "residual",
-     .rule = Within("above 0 and at most 1", 1e-300, 1)},
+             "residual"},
     {.field = "max_iterations",
      .flag = "--max-iterations",
      .kind = kNumber,
      .value = "K",
-     .help = "Largest number of iterations per window (300, or 1000 for windows that cannot shrink)",
-     .rule = Whole("a whole number of at least 1", 1)},
+     .help = "Largest number of iterations per window (300, or 1000 for windows that cannot shrink)"},
     {.field = "project_initial_state",
      .flag = "--project-initial-state",
      .kind = kFlag,
@@ -144,8 +140,7 @@ constexpr SolveOption kTable[] = {
      .flag = "--threads",
      .kind = kNumber,
      .value = "N",
-     .help = "Largest number of threads (0: all); the result does not depend on it",
-     .rule = Whole("a whole number of at least 0", 0, kMaxInt32)},
+     .help = "Largest number of threads (0: all); the result does not depend on it"},
     {.field = "ranks",
      .flag = "--ranks",
      .kind = kNumber,
@@ -157,7 +152,6 @@ constexpr SolveOption kTable[] = {
      .kind = kNumber,
      .value = "THETA",
      .help = "0 implicit (default), 0.5 trapezoidal, 1 explicit in x",
-     .rule = Within("between 0 and 1", 0, 1),
      .method = kStepping},
     {.field = "step_solver",
      .flag = "--step-solver",
@@ -182,14 +176,12 @@ constexpr SolveOption kTable[] = {
      .kind = kNumber,
      .value = "F",
      .help = "Number of windows that are iterated at the same time (1)",
-     .rule = Whole("a whole number from 1 to 64", 1, 64),
      .method = kLaplace},
     {.field = "acceleration",
      .flag = "--acceleration",
      .kind = kNumber,
      .value = "DEPTH",
      .help = "Depth of Anderson acceleration (0: the plain iteration)",
-     .rule = Whole("a whole number from 0 to 20", 0, 20),
      .method = kLaplace},
     {.field = "kernel",
      .flag = "--kernel",
@@ -217,28 +209,24 @@ constexpr SolveOption kTable[] = {
      .kind = kNumber,
      .value = "P",
      .help = "P, for 2P + 1 nodes on the contour (25)",
-     .rule = Whole("a whole number of at least 1", 1, kMaxInt32),
      .method = kPaper},
     {.field = "contour.gamma",
      .flag = "--contour-gamma",
      .kind = kNumber,
      .value = "GAMMA",
      .help = "Angle of the contour (0.794)",
-     .rule = Positive(),
      .method = kPaper},
     {.field = "contour.mu",
      .flag = "--contour-mu",
      .kind = kNumber,
      .value = "MU",
      .help = "Scale of the contour (sqrt(P)/4)",
-     .rule = Positive(),
      .method = kPaper},
     {.field = "contour.step",
      .flag = "--contour-step",
      .kind = kNumber,
      .value = "DV",
      .help = "Distance of the nodes (2.06/sqrt(P))",
-     .rule = Positive(),
      .method = kPaper},
     {.field = "contour.for_initial_state",
      .flag = "--contour-initial-state",
@@ -313,11 +301,21 @@ double NumberAt(const Place& place) {
   }
 }
 
+// The rule for a number of `row`: its own, or the engine's. Where that has no largest whole number, `field` has one.
+NumberRule RuleOf(const SolveOption& row, const FieldDescriptor& field) {
+  if (row.rule) return *row.rule;
+  const SolveOptionRange range = RangeOf(row.field);
+  if (field.cpp_type() != FieldDescriptor::CPPTYPE_INT32) return {range.words, range.least, range.most};
+  if (range.most <= kMaxInt32) return {range.words, range.least, range.most, /*whole=*/true};
+  const char* words = range.least > 0 ? "between 1 and 2147483647" : "between 0 and 2147483647";
+  return {words, range.least, kMaxInt32, /*whole=*/true};
+}
+
 // "auto", "whole" or a number of steps, as SolveOptions.window_steps counts them.
 double ParseWindow(const std::string& text, const std::string& flag) {
   if (text == "auto") return 0;
   if (text == "whole") return -1;
-  return CheckedNumber(text, Whole("auto, whole or a whole number of at least 1", 1), flag);
+  return CheckedNumber(text, Whole("auto, whole or a whole number from 1 to 2147483647", 1, kMaxInt32), flag);
 }
 
 // "auto" or a period, as SolveOptions.period counts them.
@@ -374,7 +372,7 @@ CLI::Option* AddSolveOption(CLI::App& app, const SolveOption& row, v1::SolveOpti
   };
   switch (row.kind) {
     case OptionKind::kNumber:
-      return AddNumber(app, flag, row.value, row.rule, set, row.help);
+      return AddNumber(app, flag, row.value, RuleOf(row, *Find(options, row.field).field), set, row.help);
     case OptionKind::kWord: {
       const auto* words = Find(options, row.field).field->enum_type();
       return AddWord<int>(

@@ -20,7 +20,7 @@ namespace dlcs::client {
 
 // The kind of value of an option, and of its field.
 enum class OptionKind {
-  kNumber,     // a number that `rule` allows
+  kNumber,     // a number in its range
   kWord,       // an enumerator
   kFlag,       // nothing
   kNegatable,  // nothing: --name sets true, --no-name false
@@ -40,7 +40,7 @@ struct SolveOption {
   OptionKind kind;
   const char* value;  // what the help calls the value; words name themselves
   const char* help;
-  NumberRule rule = {"", 0};
+  std::optional<NumberRule> rule = {};  // for numbers that the engine has no range for
   OptionGroup group = OptionGroup::kOther;
   v1::Method method = v1::METHOD_UNSPECIFIED;     // the method that it applies to; unspecified: all
   bool linear_only = false;                       // no effect on nonlinear systems

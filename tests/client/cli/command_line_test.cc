@@ -84,8 +84,8 @@ TEST(CommandLineTest, TakesPropagatorAccelerationAndMemory) {
     EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", text}), HasSubstr("above 0, in bytes, kB, MB, GB or TB"));
   }
   EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", "-1GB"}), HasSubstr("above 0"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--acceleration", "21"}), HasSubstr("from 0 to 20"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--windows-in-flight", "0"}), HasSubstr("from 1 to 64"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--acceleration", "21"}), HasSubstr("between 0 and 20"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--windows-in-flight", "0"}), HasSubstr("between 1 and 64"));
   EXPECT_THAT(Refused({"solve", "p.json", "--propagator", "kroneker"}), HasSubstr("did you mean kronecker-sum?"));
 }
 
@@ -330,8 +330,11 @@ TEST(CommandLineTest, SaysWhatAGridAndNumbersOfStepsAre) {
               AllOf(HasSubstr("--grid"), HasSubstr("\"zz\" is not a time")));
   EXPECT_THAT(Refused({"solve", "p.json", "--grid", "nodes"}), AllOf(HasSubstr("no such file"), HasSubstr("0.1,0.5")));
   for (const char* steps : {"0", "99999999999"}) {
-    EXPECT_THAT(Refused({"solve", "p.json", "--steps", steps}), HasSubstr("from 1 to 1000000000"));
+    EXPECT_THAT(Refused({"solve", "p.json", "--steps", steps}), HasSubstr("between 1 and 1000000000"));
   }
+  EXPECT_THAT(Refused({"solve", "p.json", "--contour-nodes", "10001"}), HasSubstr("between 1 and 10000"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--max-iterations", "3000000000"}), HasSubstr("between 1 and 2147483647"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--window", "3000000000"}), HasSubstr("from 1 to 2147483647"));
 }
 
 TEST(CommandLineTest, HelpIsThatOfTheCommandInGroups) {

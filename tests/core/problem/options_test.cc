@@ -63,7 +63,8 @@ TEST(OptionsTest, RefusesWhatIsBeyondARange) {
             for (const Violation& violation : Validate(options, 2)) {
               if (violation.field == range.field) rules.push_back(violation.description);
             }
-            return !rules.empty() && rules.front().ends_with(std::string("; ") + range.rule);
+            const std::string otherwise = range.otherwise ? std::string(", or ") + range.otherwise : "";
+            return !rules.empty() && rules.front().ends_with(std::string("; must be ") + range.words + otherwise);
           },
           range.value);
     };
@@ -94,11 +95,11 @@ TEST(OptionsTest, ChecksTheGrid) {
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.num_steps = 1'000'000'001; }),
               ElementsAre("num_steps: 1000000001; must be between 1 and 1000000000, or 0 for the default"));
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = -0.5; }),
-              ElementsAre("step: -0.5; must be finite and greater than 0, or 0 for the default"));
+              ElementsAre("step: -0.5; must be a number above 0, or 0 for the default"));
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = kNaN; }),
-              ElementsAre("step: nan; must be finite and greater than 0, or 0 for the default"));
+              ElementsAre("step: nan; must be a number above 0, or 0 for the default"));
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = kInfinity; }),
-              ElementsAre("step: inf; must be finite and greater than 0, or 0 for the default"));
+              ElementsAre("step: inf; must be a number above 0, or 0 for the default"));
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = 1e-9; }),
               ElementsAre("step: 1e-09; takes more than 1000000000 steps over T = 2"));
   EXPECT_THAT(ComplaintsAfter([](Options& o) {
@@ -133,9 +134,9 @@ TEST(OptionsTest, LeavesOutWhatABadHorizonMakesMeaningless) {
 }
 
 TEST(OptionsTest, ChecksTheta) {
-  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = 1.5; }), ElementsAre("theta: 1.5; must lie in [0, 1]"));
-  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = -0.1; }), ElementsAre("theta: -0.1; must lie in [0, 1]"));
-  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = kNaN; }), ElementsAre("theta: nan; must lie in [0, 1]"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = 1.5; }), ElementsAre("theta: 1.5; must be between 0 and 1"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = -0.1; }), ElementsAre("theta: -0.1; must be between 0 and 1"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = kNaN; }), ElementsAre("theta: nan; must be between 0 and 1"));
 }
 
 TEST(OptionsTest, ChecksTheIteration) {
@@ -145,16 +146,16 @@ TEST(OptionsTest, ChecksTheIteration) {
                 o.max_iterations = -1;
               }),
               ElementsAre("window_steps: -2; must be at least 1, or 0 to adapt, or -1 for the whole horizon",
-                          "iteration_tolerance: 0; must lie in (0, 1]",
+                          "iteration_tolerance: 0; must be above 0 and at most 1",
                           "max_iterations: -1; must be at least 1, or 0 for the default"));
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.iteration_tolerance = kNaN; }),
-              ElementsAre("iteration_tolerance: nan; must lie in (0, 1]"));
+              ElementsAre("iteration_tolerance: nan; must be above 0 and at most 1"));
   for (const Index windows : {0, 65}) {
     EXPECT_THAT(ComplaintsAfter([&](Options& o) { o.windows_in_flight = windows; }),
                 ElementsAre("windows_in_flight: " + std::to_string(windows) + "; must be between 1 and 64"));
   }
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.iteration_tolerance = 1.5; }),
-              ElementsAre("iteration_tolerance: 1.5; must lie in (0, 1]"));
+              ElementsAre("iteration_tolerance: 1.5; must be above 0 and at most 1"));
 }
 
 TEST(OptionsTest, ChecksThePeriod) {
@@ -190,16 +191,16 @@ TEST(OptionsTest, ChecksTheContourAndTheThreads) {
                 o.num_threads = -4;
               }),
               ElementsAre("num_contour_nodes: 0; must be between 1 and 10000",
-                          "contour_gamma: 1.5708; must lie in (0, pi/2), or be 0 for the default",
-                          "contour_mu: -1; must be finite and greater than 0, or 0 for the default",
-                          "contour_step: inf; must be finite and greater than 0, or 0 for the default",
-                          "num_threads: -4; must be at least 1, or 0 for all"));
+                          "contour_gamma: 1.5708; must be above 0 and below pi/2, or 0 for the default",
+                          "contour_mu: -1; must be a number above 0, or 0 for the default",
+                          "contour_step: inf; must be a number above 0, or 0 for the default",
+                          "num_threads: -4; must be at least 0"));
   EXPECT_THAT(ComplaintsAfter([](Options& o) {
                 o.contour_gamma = kNaN;
                 o.contour_mu = kNaN;
               }),
-              ElementsAre("contour_gamma: nan; must lie in (0, pi/2), or be 0 for the default",
-                          "contour_mu: nan; must be finite and greater than 0, or 0 for the default"));
+              ElementsAre("contour_gamma: nan; must be above 0 and below pi/2, or 0 for the default",
+                          "contour_mu: nan; must be a number above 0, or 0 for the default"));
 }
 
 TEST(OptionsTest, NamesMethodsAndTerminations) {
