@@ -7,7 +7,6 @@
 #include <chrono>
 #include <map>
 #include <memory>
-#include <random>
 #include <set>
 #include <sstream>
 #include <string>
@@ -117,16 +116,12 @@ struct Seen {
 TEST(ManagerCrashTest, EveryJobEndsOnceWithTheSameBitsThroughAllLivesOfItsServer) {
   const testing::RandomKills kills(15);
   SCOPED_TRACE(kills.trace());
-  std::mt19937 random(kills.seed);
+  testing::ShortLives lives(kills.seed, 5000, 120'000);
   const testing::TemporaryFolder folder;
   const std::string path = folder.File("jobs.db");
   Seen seen;
-  int scale = 1;
   for (int k = 0; k < kills.count && seen.errors.empty(); ++k) {
-    const std::string text = testing::LiveAndDie(scale * std::chrono::microseconds(5000 + random() % 120'000),
-                                                 [&](int pipe) { Serve(path, pipe, seen.positions); });
-    seen.Read(text);
-    if (text.empty()) ++scale;  // a slow machine: not every life may end before it began
+    seen.Read(lives.Next([&](int pipe) { Serve(path, pipe, seen.positions); }));
   }
   EXPECT_EQ(seen.errors, "");
   // The last life is not cut short.

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <csignal>
 #include <functional>
+#include <random>
 #include <string>
 #include <thread>
 
@@ -46,6 +47,25 @@ inline std::string LiveAndDie(std::chrono::microseconds life, const std::functio
   close(ends[0]);
   return text;
 }
+
+// Processes that live for random times of `least` to `least` + `spread` microseconds, one after the other. All times
+// grow where one has said nothing: on a slow machine not every life may end before it began.
+class ShortLives {
+ public:
+  ShortLives(unsigned seed, unsigned least, unsigned spread) : random_(seed), least_(least), spread_(spread) {}
+
+  // As LiveAndDie().
+  std::string Next(const std::function<void(int pipe)>& serve) {
+    std::string text = LiveAndDie(scale_ * std::chrono::microseconds(least_ + random_() % spread_), serve);
+    if (text.empty()) ++scale_;
+    return text;
+  }
+
+ private:
+  std::mt19937 random_;
+  unsigned least_, spread_;
+  int scale_ = 1;
+};
 
 }  // namespace dlcs::jobs::testing
 

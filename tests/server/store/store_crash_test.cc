@@ -6,7 +6,6 @@
 #include <chrono>
 #include <map>
 #include <optional>
-#include <random>
 #include <set>
 #include <sstream>
 #include <string>
@@ -125,16 +124,12 @@ void Check(JobStore& store, const Acknowledged& said) {
 TEST(StoreCrashTest, LosesNothingAcknowledgedWhenKilledAtRandomMoments) {
   const testing::RandomKills kills(20);
   SCOPED_TRACE(kills.trace());
-  std::mt19937 random(kills.seed);
+  testing::ShortLives lives(kills.seed, 1000, 80'000);
   const testing::TemporaryFolder folder;
   const std::string path = folder.File("jobs.db");
   Acknowledged said;
-  int scale = 1;
   for (int k = 0; k < kills.count; ++k) {
-    const std::string text = testing::LiveAndDie(scale * std::chrono::microseconds(1000 + random() % 80'000),
-                                                 [&path](int pipe) { Serve(path, pipe); });
-    said.Read(text);
-    if (text.empty()) ++scale;  // a slow machine: not every life may end before it began
+    said.Read(lives.Next([&path](int pipe) { Serve(path, pipe); }));
     SqliteJobStore store({.path = path}, SystemClock());
     Check(store, said);
     if (HasFailure()) return;
