@@ -22,7 +22,7 @@ struct LocalHooks {
   std::function<void(Problem&)> on_problem;
   // Whether the trajectory of the last solve is elsewhere: the result then has its times alone. May be empty.
   std::function<bool()> has_no_trajectory;
-  // That share a trajectory, each with as much memory as this one.
+  // The processes that share a trajectory, each with as much memory as this one.
   int processes = 1;
 };
 

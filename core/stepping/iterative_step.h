@@ -36,10 +36,10 @@ namespace dlcs {
 // others are points like all states.
 class IterativeStep {
  public:
-  // The residual of a step that is reached whatever the numbers are, relative to the largest x or y and their terms.
+  // The least tolerance, which rounding always permits: a residual relative to the largest x or y and their terms.
   static constexpr double kLeastTolerance = 2e-13;
-  // The one for each of `steps`: in sum a hundredth of the error tolerance; where steps are given the iteration
-  // tolerance.
+  // The tolerance of each step if there are `steps`: a hundredth of the error tolerance, divided among them. If steps
+  // are given, it is the iteration tolerance.
   static double ToleranceFor(const Options& options, Index steps);
 
   // Why a problem is not served; empty if it is. Called by all processes of a team that distributes steps. Cost: the
@@ -63,7 +63,7 @@ class IterativeStep {
   struct State {
     Vector z, multipliers;
   };
-  // That of a node where x, y and g are known.
+  // The state at a node where x, y and g are known.
   State StateOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
                 const Eigen::Ref<const Vector>& g) const;
 

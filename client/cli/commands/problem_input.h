@@ -36,8 +36,8 @@ class ProblemInput {
   // ProblemClient::Get().
   absl::Status FetchUploaded(const CallLimits& limits);
 
-  // Of a deck with switches: whether a current of them reached its limit, so that a solve with higher limits may be
-  // another one.
+  // Whether a switch of the deck has a limit of its current; whether a current reached its limit. A solve with higher
+  // limits may then have another result.
   bool HasLimits() const { return !deck_.empty() && file_.problem.outputs().limits_size() > 0; }
   bool ReachedLimit(const v1::Summary& summary) const;
   // Reads the deck once more, for limits that are `factor` times as large. Errors: none but those of Read().

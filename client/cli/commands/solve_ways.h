@@ -16,7 +16,7 @@
 
 namespace dlcs::client {
 
-// Where something is empty, it is done as always.
+// What is empty is done as in any other solve.
 struct SolveWays {
   MatrixFiles matrix_files;
   std::unique_ptr<Backend> backend;
