@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "client/netlist/deck_lines.h"
@@ -15,40 +14,6 @@
 
 namespace dlcs::client {
 namespace {
-
-// rows · f(t) + constants, without the functions of time that it does not need: each is searched for switching times.
-// The first function of a lifted one is 1.
-TimeFunction RowsOf(const TimeFunction& function, const Matrix& rows, const Vector& constants) {
-  TimeFunction chosen = function;
-  if (!function.is_lifted()) {  // constants alone
-    for (TimeFunction::Piece& piece : chosen.pieces) {
-      Vector& value = std::get<ConstantFunction>(piece.function).value;
-      value = (rows * value + constants).eval();
-    }
-    return chosen;
-  }
-  Matrix lift = rows * function.lift.Dense();
-  lift.col(0) += constants;
-  const bool has_formulas = std::all_of(
-      chosen.pieces.begin(), chosen.pieces.end(),
-      [](const TimeFunction::Piece& piece) { return std::holds_alternative<FormulaFunction>(piece.function); });
-  if (!has_formulas) {
-    chosen.lift = std::move(lift);
-    return chosen;
-  }
-  std::vector<Index> kept = {0};
-  for (Index k = 1; k < lift.cols(); ++k) {
-    if (!lift.col(k).isZero(0)) kept.push_back(k);
-  }
-  chosen.lift = Matrix(lift(Eigen::all, kept));
-  for (TimeFunction::Piece& piece : chosen.pieces) {
-    std::vector<std::string>& formulas = std::get<FormulaFunction>(piece.function).formulas;
-    std::vector<std::string> texts;
-    for (const Index k : kept) texts.push_back(formulas[static_cast<std::size_t>(k)]);
-    formulas = std::move(texts);
-  }
-  return chosen;
-}
 
 class OutputTable {
  public:
@@ -86,12 +51,9 @@ class OutputTable {
       constants[k] = value.constant;
       for (const auto& [name, factor] : value.factors) AddTo(rows, k, name, factor);
     }
-    Outputs outputs;
+    Outputs outputs = CombinedOutputs(all_, rows, constants);
     outputs.hidden = count - static_cast<Index>(shown);
     outputs.names = std::move(names_);
-    outputs.C = rows * all_.x_factors;
-    outputs.D = rows * all_.y_factors;
-    outputs.h = RowsOf(all_.sources, rows, constants);
     return outputs;
   }
 

@@ -490,4 +490,12 @@ class Formulation {
 
 absl::StatusOr<CircuitProblem> MakeCircuitProblem(const Circuit& circuit) { return Formulation(circuit).Make(); }
 
+Outputs CombinedOutputs(const CircuitOutputs& all, const Matrix& rows, const Vector& constants) {
+  Outputs outputs;
+  outputs.C = rows * all.x_factors;
+  outputs.D = rows * all.y_factors;
+  outputs.h = RowsOf(all.sources, rows, constants);
+  return outputs;
+}
+
 }  // namespace dlcs

@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "core/circuits/circuit.h"
 #include "core/circuits/relay.h"
+#include "core/problem/outputs.h"
 #include "core/problem/problem.h"
 #include "core/problem/time_function.h"
 
@@ -58,6 +59,9 @@ struct CircuitProblem {
 // circuit itself determines, coupling of 1, values out of range; and those of FindOperatingPoint().
 // Cost: O(b² r) for b branches, r of them resistors or controlled sources, and O(m³) for m states.
 absl::StatusOr<CircuitProblem> MakeCircuitProblem(const Circuit& circuit);
+
+// The outputs rows · (those of `all`) + constants, without names.
+Outputs CombinedOutputs(const CircuitOutputs& all, const Matrix& rows, const Vector& constants);
 
 }  // namespace dlcs
 

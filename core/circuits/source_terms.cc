@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <variant>
 
+#include "core/circuits/circuit_branches.h"
 #include "core/circuits/linear_network.h"
 #include "core/circuits/waveform.h"
 #include "core/problem/time_axis.h"
@@ -82,6 +84,39 @@ TimeFunction FunctionOfSources(const std::vector<SourceBranch>& sources, const M
     piece.function.emplace<FormulaFunction>().formulas = std::move(formulas);
   }
   return function;
+}
+
+TimeFunction RowsOf(const TimeFunction& function, const Matrix& rows, const Vector& constants) {
+  TimeFunction chosen = function;
+  if (!function.is_lifted()) {  // constants alone
+    for (TimeFunction::Piece& piece : chosen.pieces) {
+      Vector& value = std::get<ConstantFunction>(piece.function).value;
+      value = (rows * value + constants).eval();
+    }
+    return chosen;
+  }
+  // The first function of a lifted one is 1.
+  Matrix lift = rows * function.lift.Dense();
+  lift.col(0) += constants;
+  const bool has_formulas = std::all_of(
+      chosen.pieces.begin(), chosen.pieces.end(),
+      [](const TimeFunction::Piece& piece) { return std::holds_alternative<FormulaFunction>(piece.function); });
+  if (!has_formulas) {
+    chosen.lift = std::move(lift);
+    return chosen;
+  }
+  std::vector<Index> kept = {0};
+  for (Index k = 1; k < lift.cols(); ++k) {
+    if (!lift.col(k).isZero(0)) kept.push_back(k);
+  }
+  chosen.lift = Matrix(lift(Eigen::all, kept));
+  for (TimeFunction::Piece& piece : chosen.pieces) {
+    std::vector<std::string>& formulas = std::get<FormulaFunction>(piece.function).formulas;
+    std::vector<std::string> texts;
+    for (const Index k : kept) texts.push_back(formulas[static_cast<std::size_t>(k)]);
+    formulas = std::move(texts);
+  }
+  return chosen;
 }
 
 }  // namespace dlcs
