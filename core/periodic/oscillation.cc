@@ -7,21 +7,16 @@
 #include <limits>
 #include <vector>
 
-#include "core/discretization/legendre.h"
 #include "core/format_number.h"
+#include "core/periodic/period_map.h"
 
 namespace dlcs {
 namespace {
 
-constexpr double kVaries = 1e-6;  // of the size of a state
-constexpr double kReturns = 0.05;    // of the range of a state
+constexpr double kVaries = 1e-6;   // of the size of a state
+constexpr double kReturns = 0.05;  // of the range of a state
 constexpr std::size_t kMaxReturns = 64;
 constexpr int kSamples = 16;  // of a piece
-
-Vector StateAt(const TrajectoryPiece& piece, double time) {
-  const LegendreVector values = LegendreValues(std::clamp(2 * (time - piece.begin) / piece.length - 1, -1.0, 1.0));
-  return piece.x * values.head(piece.x.cols());
-}
 
 double SampleTime(const TrajectoryPiece& piece, int k) {
   return k == kSamples ? piece.end : piece.begin + (piece.end - piece.begin) * k / kSamples;
@@ -29,7 +24,7 @@ double SampleTime(const TrajectoryPiece& piece, int k) {
 
 struct Crossing {
   double time;
-  Vector state;
+  Vector state, y;
 };
 
 // The time in the piece between `from` and `to` at which state `i` passes `level`.
@@ -38,7 +33,7 @@ Crossing Locate(const TrajectoryPiece& piece, Index i, double level, double from
     const double middle = from + (to - from) / 2;
     (StateAt(piece, middle)[i] < level ? from : to) = middle;
   }
-  return {to, StateAt(piece, to)};
+  return {to, StateAt(piece, to), YAt(piece, to)};
 }
 
 }  // namespace
@@ -101,7 +96,7 @@ std::variant<Oscillation, std::string> FindOscillation(const Solution& solution,
     }
     if (distance <= kReturns) break;
   }
-  return Oscillation{last.state, last.time - crossings[crossings.size() - 1 - best].time};
+  return Oscillation{last.state, last.y.cwiseMax(0), last.time - crossings[crossings.size() - 1 - best].time};
 }
 
 }  // namespace dlcs

@@ -14,6 +14,7 @@ namespace dlcs {
 
 struct Oscillation {
   Vector state;       // a state to which the solution returns, nearly
+  Vector y;           // there
   double period = 0;  // after this time
 };
 

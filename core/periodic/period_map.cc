@@ -34,6 +34,10 @@ LegendreVector IntegralsTo(double s) {
 // The part of a piece in use, as a position on it.
 double EndOf(const TrajectoryPiece& piece) { return std::min(1.0, 2 * (piece.end - piece.begin) / piece.length - 1); }
 
+LegendreVector ValuesAt(const TrajectoryPiece& piece, double time) {
+  return LegendreValues(std::clamp(2 * (time - piece.begin) / piece.length - 1, -1.0, 1.0));
+}
+
 void SetRanges(PeriodSolve& solve) {
   Vector low = solve.start.cwiseMin(solve.end), high = solve.start.cwiseMax(solve.end);
   LegendreRows values;
@@ -46,6 +50,21 @@ void SetRanges(PeriodSolve& solve) {
   }
   solve.size = low.cwiseAbs().cwiseMax(high.cwiseAbs());
   solve.range = high - low;
+}
+
+// The branch on which the period ends, for the rule history.
+void SetBranch(const Vector& y_before, PeriodSolve& solve) {
+  solve.y_before = y_before;
+  const TrajectoryPiece& last = solve.solution.pieces.back();
+  solve.y_end = YAt(last, last.end).cwiseMax(0);
+  solve.y_size = solve.y_end;
+  LegendreRows values;
+  for (const TrajectoryPiece& piece : solve.solution.pieces) {
+    const auto inside = (EndOf(piece) + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1;
+    LegendreValuesAt(inside.matrix(), values);
+    const Matrix y = piece.y * values.leftCols(piece.y.cols()).transpose();
+    solve.y_size = solve.y_size.cwiseMax(y.rowwise().maxCoeff());
+  }
 }
 
 // `largest`: each state so far.
@@ -61,6 +80,12 @@ void RaiseSizes(const Vector& largest, PeriodSolve& solve) {
 }
 
 }  // namespace
+
+bool PeriodSolve::IsOnBranch(const Vector& y) const {
+  constexpr double kSame = 1e-3;
+  if (y_size.size() == 0) return true;
+  return y_before.size() > 0 && ((y - y_before).array().abs() <= kSame * y_size.array()).all();
+}
 
 PeriodMap::PeriodMap(const Problem& problem, const Options& options, Plan plan, Observer& observer,
                      std::stop_token stop)
@@ -78,7 +103,8 @@ PeriodMap::PeriodMap(const Problem& problem, const Options& options, Plan plan, 
   options_.project_initial_state = true;
 }
 
-absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, double period, double tolerance, bool as_asked) {
+absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, const Vector& y_before, double period,
+                                             double tolerance, bool as_asked) {
   Options options = options_;
   options.error_tolerance = tolerance;
   if (!as_asked) {
@@ -88,6 +114,7 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, double period,
     options.output_times.clear();
   }
   problem_.x0 = start;
+  if (y_before.size() > 0) problem_.y0 = y_before;
   problem_.horizon = period;
   const Grid grid = MakeGrid(period, BreakPoints(problem_), options);
   Task task{.problem = problem_,
@@ -110,6 +137,7 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, double period,
   const TrajectoryPiece& last = result.pieces.back();
   solve.end = last.x * LegendreValues(EndOf(last)).head(last.x.cols());
   SetRanges(solve);
+  if (problem_.rule == SolutionRule::kHistory) SetBranch(problem_.y0.value_or(Vector()), solve);
   largest_ = largest_.cwiseMax(solve.size);
   RaiseSizes(largest_, solve);
   solve.error = result.accuracy.errors_x.size() == start.size() ? result.accuracy.errors_x
@@ -117,12 +145,16 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, double period,
   return solve;
 }
 
-Vector StateAt(const Solution& solution, double time) {
+Vector StateAt(const TrajectoryPiece& piece, double time) {
+  return piece.x * ValuesAt(piece, time).head(piece.x.cols());
+}
+
+Vector YAt(const TrajectoryPiece& piece, double time) { return piece.y * ValuesAt(piece, time).head(piece.y.cols()); }
+
+const TrajectoryPiece& PieceAt(const Solution& solution, double time) {
   const auto ends_before = [](const TrajectoryPiece& piece, double t) { return piece.end < t; };
-  auto piece = std::lower_bound(solution.pieces.begin(), solution.pieces.end(), time, ends_before);
-  if (piece == solution.pieces.end()) --piece;
-  const LegendreVector values = LegendreValues(std::clamp(2 * (time - piece->begin) / piece->length - 1, -1.0, 1.0));
-  return piece->x * values.head(piece->x.cols());
+  const auto piece = std::lower_bound(solution.pieces.begin(), solution.pieces.end(), time, ends_before);
+  return piece == solution.pieces.end() ? solution.pieces.back() : *piece;
 }
 
 std::vector<std::complex<double>> MultipliersOf(const Matrix& matrix) {

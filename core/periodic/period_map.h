@@ -29,9 +29,15 @@ struct PeriodSolve {
   Vector size = {};        // max |x_i|, or a scale for a state that rests at zero
   Vector range = {};       // max x_i - min x_i
   Vector error = {};       // of each x_i, estimated, relative to its size
+  // With the rule history, where x alone does not determine y; empty otherwise.
+  Vector y_before = {};  // before 0, which chose the first solution
+  Vector y_end = {};     // y(period⁻)
+  Vector y_size = {};    // max |y_i|
 
   const FlowRecord& flow() const { return *solution.flow; }
   bool has_derivative() const { return flow().derivative.size() > 0; }
+  // Whether `y` is that before 0, so that the next period would repeat this one.
+  bool IsOnBranch(const Vector& y) const;
 };
 
 class PeriodMap {
@@ -39,9 +45,11 @@ class PeriodMap {
   // Keeps references; `plan` is for `problem`, whose horizon is the first period.
   PeriodMap(const Problem& problem, const Options& options, Plan plan, Observer& observer, std::stop_token stop);
 
-  // Solves on [0, period] from `start`, which may jump to a consistent state. The nodes are those of the options with
-  // `as_asked`, and 0 and the period otherwise. Errors: as SolveOnGrid().
-  absl::StatusOr<PeriodSolve> Solve(const Vector& start, double period, double tolerance, bool as_asked);
+  // Solves on [0, period] from `start`, which may jump to a consistent state. With the rule history, the solution
+  // continues that with `y_before`, or starts as the problem says where that is empty. The nodes are those of the
+  // options with `as_asked`, and 0 and the period otherwise. Errors: as SolveOnGrid().
+  absl::StatusOr<PeriodSolve> Solve(const Vector& start, const Vector& y_before, double period, double tolerance,
+                                    bool as_asked);
 
   // The number of solves, with those that event_driven repeated.
   Index solves() const { return solves_; }
@@ -58,8 +66,12 @@ class PeriodMap {
   Index solves_ = 0;
 };
 
-// The state of the pieces of `solution` at `time`.
-Vector StateAt(const Solution& solution, double time);
+// x and y of a piece at `time`.
+Vector StateAt(const TrajectoryPiece& piece, double time);
+Vector YAt(const TrajectoryPiece& piece, double time);
+
+// The piece of `solution` at `time`.
+const TrajectoryPiece& PieceAt(const Solution& solution, double time);
 
 // The eigenvalues of `matrix`, the largest first.
 std::vector<std::complex<double>> MultipliersOf(const Matrix& matrix);

@@ -25,6 +25,7 @@ constexpr Index kMaxPeriods = 400;
 // If a pivot of I - dΦ/dx0 is below this part of the largest one, a multiplier counts as 1.
 constexpr double kSingular = 1e-11;
 constexpr int kMaxSingular = 12;  // periods in a row
+constexpr int kMaxElsewhere = 3;  // periods after which x returned, but on another branch
 // A residual, relative to the sizes, below which a start counts as periodic.
 constexpr double kIsPeriodic = 1e-8;
 // The tolerance of a period far from the answer, and the Newton step below which solves are as accurate as the answer.
@@ -69,8 +70,8 @@ class Search {
  private:
   enum class Outcome { kSearching, kFound, kNone };
 
-  absl::Status FindStart(Vector& start, double& period);
-  absl::StatusOr<Iterate> Evaluate(const Vector& start, double period, bool accurate);
+  absl::Status FindStart(Vector& start, Vector& y_before, double& period);
+  absl::StatusOr<Iterate> Evaluate(const Vector& start, const Vector& y_before, double period, bool accurate);
   void AddStep(Iterate& iterate) const;
   absl::Status Iterations();
   absl::Status TakeNewtonStep(bool& accepted);
@@ -78,6 +79,7 @@ class Search {
   Outcome Judge();
   bool IsAnswer();
   bool IsNear() const;
+  bool Repeats() const;  // the period ends on the branch on which it began
   bool IsAtRest() const;
   bool HasShorterPeriod(Index& parts) const;
   void Fail(std::string why);
@@ -92,7 +94,7 @@ class Search {
   Index solves_before_ = 0;  // of the transient in which the oscillation was found
   Iterate current_;
   Index newton_steps_ = 0;
-  int singular_in_a_row_ = 0;
+  int singular_in_a_row_ = 0, elsewhere_ = 0;
   // While one period follows the other: the residual of the previous one, and the error of the start that the decay of
   // residuals implies.
   double residual_before_ = std::numeric_limits<double>::quiet_NaN();
@@ -101,9 +103,9 @@ class Search {
   std::string why_none_;
 };
 
-absl::StatusOr<Iterate> Search::Evaluate(const Vector& start, double period, bool accurate) {
+absl::StatusOr<Iterate> Search::Evaluate(const Vector& start, const Vector& y_before, double period, bool accurate) {
   const double loose = std::min(tolerance_, kLooseTolerance);
-  auto solve = map_.Solve(start, period, accurate ? std::min(tight_, loose) : loose, accurate);
+  auto solve = map_.Solve(start, y_before, period, accurate ? std::min(tight_, loose) : loose, accurate);
   if (!solve.ok()) return solve.status();
   Iterate iterate{.solve = *std::move(solve), .is_accurate = accurate};
   if (iterate.solve.reached) AddStep(iterate);
@@ -139,8 +141,8 @@ void Search::AddStep(Iterate& iterate) const {
 }
 
 // Follows the solution up to T, and takes an oscillation from its second half. Without one, says why.
-absl::Status Search::FindStart(Vector& start, double& period) {
-  auto transient = map_.Solve(problem_.x0, problem_.horizon, kLooseTolerance, /*as_asked=*/false);
+absl::Status Search::FindStart(Vector& start, Vector& y_before, double& period) {
+  auto transient = map_.Solve(problem_.x0, Vector(), problem_.horizon, kLooseTolerance, /*as_asked=*/false);
   if (!transient.ok()) return transient.status();
   solves_before_ = map_.solves();
   current_.solve = *std::move(transient);
@@ -148,6 +150,7 @@ absl::Status Search::FindStart(Vector& start, double& period) {
   auto found = FindOscillation(current_.solve.solution, problem_.horizon);
   if (const auto* oscillation = std::get_if<Oscillation>(&found)) {
     start = oscillation->state;
+    if (problem_.rule == SolutionRule::kHistory) y_before = oscillation->y;
     period = oscillation->period;
   } else {
     Fail(std::get<std::string>(std::move(found)));
@@ -159,10 +162,12 @@ void Search::Fail(std::string why) { why_none_ = std::move(why); }
 
 bool Search::IsNear() const { return MaxAbs(current_.has_step() ? current_.step : current_.residual) <= kNear; }
 
+bool Search::Repeats() const { return current_.solve.IsOnBranch(current_.solve.y_end); }
+
 bool Search::IsAtRest() const { return (current_.solve.range.array() <= kAtRest * current_.solve.size.array()).all(); }
 
 bool Search::IsAnswer() {
-  if (!current_.is_accurate) return false;
+  if (!current_.is_accurate || !Repeats()) return false;
   if (current_.has_step()) {
     // Below the errors of the period there is nothing to gain.
     constexpr double kOfErrors = 4;
@@ -177,8 +182,10 @@ bool Search::HasShorterPeriod(Index& parts) const {
   constexpr double kSame = 1e-5;
   const PeriodSolve& solve = current_.solve;
   for (parts = kMaxParts; parts > 1; --parts) {
-    const Vector there = StateAt(solve.solution, solve.period / static_cast<double>(parts));
-    const Vector distance = (there - solve.start).cwiseAbs();
+    const double time = solve.period / static_cast<double>(parts);
+    const TrajectoryPiece& piece = PieceAt(solve.solution, time);
+    const Vector distance = (StateAt(piece, time) - solve.start).cwiseAbs();
+    if (solve.y_size.size() > 0 && !solve.IsOnBranch(YAt(piece, time))) continue;
     if ((distance.array() <= kSame * solve.range.array().max(kAtRest * solve.size.array())).all()) return true;
   }
   return false;
@@ -190,7 +197,7 @@ Search::Outcome Search::Judge() {
     Fail("No oscillation was found: the solution decays to an equilibrium.");
     return Outcome::kNone;
   }
-  if (current_.is_singular && MaxAbs(current_.residual) <= kIsPeriodic) {
+  if (current_.is_singular && MaxAbs(current_.residual) <= kIsPeriodic && Repeats()) {
     Fail(std::string("The periodic solution is not isolated: ") +
          (finds_period_ ? "1 is a multiplier more than once" : "1 is a multiplier") +
          ", so states near x(0) are periodic too, as those of a circuit without losses are, and nothing says which "
@@ -198,6 +205,12 @@ Search::Outcome Search::Judge() {
     return Outcome::kNone;
   }
   if (IsAnswer()) return Outcome::kFound;
+  if (!Repeats() && MaxAbs(current_.residual) <= kIsPeriodic && ++elsewhere_ > kMaxElsewhere) {
+    Fail(
+        "No periodic solution was found: x returns after the period, but y is then on another branch of solutions, as "
+        "that of a comparator which has switched. Try twice the period.");
+    return Outcome::kNone;
+  }
   singular_in_a_row_ = current_.is_singular ? singular_in_a_row_ + 1 : 0;
   if (singular_in_a_row_ >= kMaxSingular) {
     Fail("No periodic solution was found: 1 is a multiplier, and x still changes by " +
@@ -228,7 +241,8 @@ absl::Status Search::TakeNewtonStep(bool& accepted) {
     const double of_period = finds_period_ ? change[m] / current_.solve.period : 0;
     const bool is_sensible = change.allFinite() && std::abs(of_period) <= kMostOfPeriod;
     if (is_sensible) {
-      auto trial = Evaluate(current_.solve.start + change.head(m), current_.solve.period * (1 + of_period), IsNear());
+      auto trial = Evaluate(current_.solve.start + change.head(m), current_.solve.y_end,
+                            current_.solve.period * (1 + of_period), IsNear());
       if (!trial.ok()) return trial.status();
       if (trial->solve.solution.termination == Termination::kCancelled) {
         current_ = *std::move(trial);
@@ -257,7 +271,7 @@ absl::Status Search::TakeNewtonStep(bool& accepted) {
 
 absl::Status Search::FollowOnePeriod() {
   const double before = MaxAbs(current_.residual);
-  auto next = Evaluate(current_.solve.end, current_.solve.period, IsNear());
+  auto next = Evaluate(current_.solve.end, current_.solve.y_end, current_.solve.period, IsNear());
   if (!next.ok()) return next.status();
   current_ = *std::move(next);
   // What is left of a residual that shrinks by the same factor in every period.
@@ -280,13 +294,14 @@ absl::Status Search::Iterations() {
         found_ = true;
         return absl::OkStatus();
       }
-      auto shorter = Evaluate(current_.solve.start, current_.solve.period / static_cast<double>(parts), true);
+      auto shorter = Evaluate(current_.solve.start, current_.solve.y_before,
+                              current_.solve.period / static_cast<double>(parts), true);
       if (!shorter.ok()) return shorter.status();
       current_ = *std::move(shorter);
       continue;
     }
     bool accepted = false;
-    if (current_.has_step()) {
+    if (current_.has_step() && Repeats()) {
       if (absl::Status status = TakeNewtonStep(accepted); !status.ok()) return status;
     }
     if (accepted) {
@@ -373,13 +388,13 @@ Solution Search::Finish(double phase) {
 }
 
 absl::StatusOr<Solution> Search::Run(double phase) {
-  Vector start = problem_.x0;
+  Vector start = problem_.x0, y_before;
   double period = problem_.horizon;
   if (finds_period_) {
-    if (absl::Status status = FindStart(start, period); !status.ok()) return status;
+    if (absl::Status status = FindStart(start, y_before, period); !status.ok()) return status;
     if (!current_.solve.reached || !why_none_.empty()) return Finish(phase);
   }
-  auto first = Evaluate(start, period, /*accurate=*/false);
+  auto first = Evaluate(start, y_before, period, /*accurate=*/false);
   if (!first.ok()) return first.status();
   current_ = *std::move(first);
   if (absl::Status status = Iterations(); !status.ok()) return status;

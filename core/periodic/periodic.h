@@ -26,6 +26,8 @@ class SetupCache;
 // one period more, then two, four, ...; if it moves away from an unstable solution, the step is halved first. For an
 // unknown P the phase is fixed by x'(0)'(x0 - its last value) = 0.
 //
+// With the rule kHistory the start is x and the branch of solutions that y is on; both must return.
+//
 // The error is that of (I - dΦ/dx0)⁻¹ times the residual and the errors of a period, and joins the accuracy of the
 // solution, so that the verdict contains it. If no periodic solution is found, or it is not isolated, the result is a
 // solution that says why (kNotPeriodic), with what is known about the last period. `options` must have a period, the

@@ -293,6 +293,26 @@ TEST(PeriodicTest, FindsTheOscillationOfARelay) {
   EXPECT_NEAR(Sizes(solution.periodic->multipliers)[0], 1, 1e-7);
 }
 
+// x' = u - x, and u = 1 changes to -1 where x rises above 1/2, and back below -1/2. After half an oscillation x is
+// where it was, but u is not.
+TEST(PeriodicTest, AHysteresisReturnsToItsBranch) {
+  const double half = std::log(3.0);
+  Problem problem =
+      System(Matrix{{-1}}, Matrix{{-1, 0}}, Matrix{{-1}, {0}}, Matrix{{-0.5, 1}, {-1, 0}},
+             TimeFunction::Constant(Vector{{1}}), TimeFunction::Constant(Vector{{0.5, 2}}), Vector{{0}}, 20);
+  problem.rule = SolutionRule::kHistory;
+  problem.y0 = Vector{{0, 0}};
+  const Solution found = SolvedPeriodic(problem, Options::kFindPeriod);
+  EXPECT_NEAR(found.periodic->period, 2 * half, 1e-8);
+  EXPECT_NEAR(found.periodic->mean_x[0], 0, 1e-8);
+  EXPECT_NEAR(Sizes(found.periodic->multipliers)[0], 1, 1e-8);
+  for (const double period : {half, 1.1}) {
+    const Solution none = Periodic(problem, period);
+    EXPECT_EQ(none.termination, Termination::kNotPeriodic) << none.message;
+    EXPECT_NE(none.message.find("periodic"), std::string::npos) << none.message;
+  }
+}
+
 TEST(PeriodicTest, SaysWhereThereIsNoOscillation) {
   const Solution rest =
       Periodic(Linear(Matrix{{-1, 2}, {-2, -1}}, TimeFunction::Zero(2), Vector{{1, 0}}, 100), Options::kFindPeriod);
