@@ -272,7 +272,9 @@ class BranchMaker {
     const bool is_one = !model.is_transistor && element.controls.size() == 1 && first.element < 0 && first.factor == 1;
     const bool forwards = is_one && first.plus == element.plus && first.minus == element.minus;
     const bool backwards = is_one && first.plus == element.minus && first.minus == element.plus;
-    if (forwards || backwards) {
+    // Where it stays closed at a voltage that does not close it, it ignites, which no diode does.
+    const bool ignites = model.hysteresis > 0 && model.threshold > model.hysteresis;
+    if ((forwards || backwards) && !ignites) {
       made_.notes.push_back(element.name +
                             " is controlled by its own voltage, and is taken as a diode with a forward "
                             "voltage of " +

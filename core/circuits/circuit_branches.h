@@ -110,9 +110,9 @@ struct CircuitBranches {
 // it. Which one that may be depends on what is in series and in parallel with them.
 //
 // A switch that its own voltage controls closes where a diode conducts, and becomes one with `forward` = threshold; its
-// hysteresis is dropped, with a note. A body diode is beside the valves.
-// `in_loop` tells which switches the circuit itself controls, by element; the gates of the others are sources.
-// By default the ports are the bases.
+// hysteresis is dropped, with a note. If threshold > hysteresis > 0 it ignites instead, as a glow lamp does, and
+// remains a switch. A body diode is beside the valves. `in_loop` tells which switches the circuit itself controls, by
+// element; the gates of the others are sources. By default the ports are the bases.
 CircuitBranches MakeBranches(const Circuit& circuit, const std::vector<bool>& in_loop,
                              const std::vector<Index>& ports = {});
 

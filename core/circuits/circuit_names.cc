@@ -29,13 +29,27 @@ std::string CutOff(const std::vector<Index>& cut, const CircuitBranches& graph, 
   return names.empty() ? "a node inside of one of them" : (names.size() == 1 ? "node " : "nodes ") + ListText(names);
 }
 
+constexpr std::size_t kMostNamed = 3;
+
 // Some of those with a node in `nodes`.
 std::string ElementsAt(const std::vector<Index>& nodes, const Circuit& circuit) {
-  constexpr std::size_t kMost = 3;
   std::vector<std::string> names;
   for (const Element& element : circuit.elements) {
     const auto has = [&nodes](Index node) { return std::find(nodes.begin(), nodes.end(), node) != nodes.end(); };
-    if (names.size() < kMost && (has(element.plus) || has(element.minus))) names.push_back(WithPlace(element));
+    if (names.size() < kMostNamed && (has(element.plus) || has(element.minus))) names.push_back(WithPlace(element));
+  }
+  return ListText(names);
+}
+
+// Some of those whose controls have the voltage of a node in `nodes`.
+std::string ElementsControlledBy(const std::vector<Index>& nodes, const Circuit& circuit) {
+  std::vector<std::string> names;
+  for (const Element& element : circuit.elements) {
+    const bool is_one = std::any_of(element.controls.begin(), element.controls.end(), [&](const Control& control) {
+      const auto is = [&control](Index node) { return node == control.plus || node == control.minus; };
+      return control.element < 0 && std::any_of(nodes.begin(), nodes.end(), is);
+    });
+    if (names.size() < kMostNamed && is_one) names.push_back(WithPlace(element));
   }
   return ListText(names);
 }
@@ -67,10 +81,15 @@ absl::Status StatusOfFault(const NetworkFault& fault, const CircuitBranches& gra
       for (const Index node : fault.nodes) {
         if (node < static_cast<Index>(circuit.nodes.size())) names.push_back(circuit.nodes[AsSize(node)]);
       }
-      return absl::InvalidArgumentError((names.size() == 1 ? "node " : "nodes ") + ListText(names) +
-                                        (names.size() == 1 ? " is" : " are") +
-                                        " connected to ground by no element, see " + ElementsAt(fault.nodes, circuit) +
-                                        "; every node must be. Ground is the node 0");
+      const std::string elements_there = ElementsAt(fault.nodes, circuit);
+      if (elements_there.empty()) {
+        return absl::InvalidArgumentError(
+            "no element has " + ((names.size() == 1 ? "the node " : "the nodes ") + ListText(names)) +
+            ", of whose voltage " + ElementsControlledBy(fault.nodes, circuit) + " is a function; check the name");
+      }
+      return absl::InvalidArgumentError(
+          (names.size() == 1 ? "node " : "nodes ") + ListText(names) + (names.size() == 1 ? " is" : " are") +
+          " connected to ground by no element, see " + elements_there + "; every node must be. Ground is the node 0");
     }
     case NetworkFault::Kind::kVoltageLoop:
       if (at_start) {

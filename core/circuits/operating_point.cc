@@ -2,7 +2,9 @@
 #include "core/circuits/operating_point.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <variant>
@@ -21,25 +23,30 @@ namespace {
 
 using RowVector = Eigen::RowVectorXd;
 
-// The circuit at rest. Branches beyond those of the graph hold node voltages.
-std::vector<Branch> BranchesAtRest(const Circuit& circuit, const CircuitBranches& graph) {
+// The circuit at rest. Branches beyond those of the graph hold those node voltages of the circuit that are `held`.
+std::vector<Branch> BranchesAtRest(const Circuit& circuit, const CircuitBranches& graph,
+                                   const std::vector<Index>& held) {
   std::vector<Branch> branches = graph.branches;
   for (const StorageBranch& storage : graph.storages) {
     Branch& branch = branches[AsSize(storage.branch)];
     branch.role = storage.is_capacitor ? BranchRole::kCurrent : BranchRole::kVoltage;
     branch.order = storage.is_capacitor ? kLastOrder + 1 : kSourceOrder;
   }
-  for (const NodeVoltage& given : circuit.node_voltages) {
-    branches.push_back({.plus = given.node, .minus = 0, .role = BranchRole::kVoltage, .order = kSourceOrder});
+  for (const Index k : held) {
+    branches.push_back({.plus = circuit.node_voltages[AsSize(k)].node,
+                        .minus = 0,
+                        .role = BranchRole::kVoltage,
+                        .order = kSourceOrder});
   }
   return branches;
 }
 
-absl::Status StatusOfRest(NetworkFault fault, const CircuitBranches& graph, const Circuit& circuit) {
+absl::Status StatusOfRest(const NetworkFault& fault, const CircuitBranches& graph, const Circuit& circuit,
+                          const std::vector<Index>& held) {
   const auto known = static_cast<Index>(graph.branches.size());
   for (const Index branch : fault.branches) {
     if (branch < known) continue;
-    const NodeVoltage& given = circuit.node_voltages[AsSize(branch - known)];
+    const NodeVoltage& given = circuit.node_voltages[AsSize(held[AsSize(branch - known)])];
     std::vector<Index> others;
     std::copy_if(fault.branches.begin(), fault.branches.end(), std::back_inserter(others),
                  [known](Index b) { return b < known; });
@@ -49,6 +56,41 @@ absl::Status StatusOfRest(NetworkFault fault, const CircuitBranches& graph, cons
                                                       : ElementsOf(others, graph, circuit) + " set this voltage too"));
   }
   return StatusOfFault(fault, graph, circuit, /*at_start=*/true);
+}
+
+// A voltage that is given where a controlled source sets it: it chooses among several solutions, and is held by none.
+struct FreeVoltage {
+  Index given = 0;      // of `node_voltages`
+  absl::Status misses;  // if no solution has it
+};
+
+// The circuit at rest with the node voltages that can be held.
+struct RestNetwork {
+  LinearNetwork network;
+  std::vector<Index> held;  // of `node_voltages`, in the order of their branches
+  std::vector<FreeVoltage> free;
+};
+
+absl::StatusOr<RestNetwork> MakeRestNetwork(const Circuit& circuit, const CircuitBranches& graph) {
+  const auto known = static_cast<Index>(graph.branches.size());
+  std::vector<Index> held(circuit.node_voltages.size());
+  std::iota(held.begin(), held.end(), Index{0});
+  std::vector<FreeVoltage> free;
+  for (;;) {
+    auto made = LinearNetwork::Create(graph.nodes, BranchesAtRest(circuit, graph, held));
+    if (auto* network = std::get_if<LinearNetwork>(&made)) return RestNetwork{std::move(*network), held, free};
+    const auto& fault = std::get<NetworkFault>(made);
+    const absl::Status status = StatusOfRest(fault, graph, circuit, held);
+    const auto given = std::find_if(fault.branches.begin(), fault.branches.end(), [&](Index b) { return b >= known; });
+    const bool is_controlled = std::any_of(fault.branches.begin(), fault.branches.end(), [&](Index b) {
+      return b < known && graph.branches[AsSize(b)].role == BranchRole::kControlledVoltage;
+    });
+    if (fault.kind != NetworkFault::Kind::kVoltageLoop || given == fault.branches.end() || !is_controlled)
+      return status;
+    const auto released = held.begin() + (*given - known);
+    free.push_back({*released, status});
+    held.erase(released);
+  }
 }
 
 // q, M and what the storages are, as functions of y.
@@ -61,8 +103,9 @@ struct RestProblem {
   BranchVoltages clamps;
 };
 
-RestProblem MakeRestProblem(const LinearNetwork& network, const CircuitBranches& graph, const Vector& given,
-                            Index num_given) {
+RestProblem MakeRestProblem(const RestNetwork& at_rest, const Circuit& circuit, const CircuitBranches& graph,
+                            const Vector& given) {
+  const LinearNetwork& network = at_rest.network;
   const auto pairs = static_cast<Index>(graph.diodes.size()), storages = static_cast<Index>(graph.storages.size());
   RestProblem rest{Matrix::Zero(pairs, pairs),
                    Vector::Zero(pairs),
@@ -98,16 +141,34 @@ RestProblem MakeRestProblem(const LinearNetwork& network, const CircuitBranches&
     rest.storage.row(k) = of_y;
   }
   MakeReciprocal(graph, sign, rest.M);
-  // Given node voltages are held: their rows stay zero.
+  // The rows of node voltages that are held stay zero.
   const auto clamps = static_cast<Index>(graph.clamps.size());
-  rest.clamps.of_y = Matrix::Zero(clamps + num_given, pairs);
-  rest.clamps.constant = Vector::Zero(clamps + num_given);
-  for (Index k = 0; k < clamps; ++k) {
+  const Index voltages = clamps + static_cast<Index>(circuit.node_voltages.size());
+  rest.clamps.of_y = Matrix::Zero(voltages, pairs);
+  rest.clamps.constant = Vector::Zero(voltages);
+  const auto set_potential = [&](Index row, Index node) {
     RowVector of_y(pairs);
-    rest.clamps.constant[k] = split(network.Potential(graph.clamps[AsSize(k)].node), of_y);
-    rest.clamps.of_y.row(k) = of_y;
+    rest.clamps.constant[row] = split(network.Potential(node), of_y);
+    rest.clamps.of_y.row(row) = of_y;
+  };
+  for (Index k = 0; k < clamps; ++k) set_potential(k, graph.clamps[AsSize(k)].node);
+  for (const FreeVoltage& free : at_rest.free) {
+    set_potential(clamps + free.given, circuit.node_voltages[AsSize(free.given)].node);
   }
   return rest;
+}
+
+// The first of the free voltages that `y` does not have.
+absl::Status MissedVoltage(const RestNetwork& at_rest, const RestProblem& rest, const Circuit& circuit,
+                           const CircuitBranches& graph, const Vector& y) {
+  constexpr double kSame = 1e-3;
+  for (const FreeVoltage& free : at_rest.free) {
+    const Index row = static_cast<Index>(graph.clamps.size()) + free.given;
+    const double volts = rest.clamps.constant[row] + rest.clamps.of_y.row(row).dot(y);
+    const double wanted = circuit.node_voltages[AsSize(free.given)].volts;
+    if (std::abs(volts - wanted) > kSame * (kSame + std::abs(volts) + std::abs(wanted))) return free.misses;
+  }
+  return absl::OkStatus();
 }
 
 // What is zero but for rounding is zero.
@@ -139,7 +200,7 @@ std::string NoOperatingPoint(const CircuitBranches& graph, const Circuit& circui
          "reason";
 }
 
-// The start if M is of no class.
+// y at the start if M is of no class.
 absl::StatusOr<Vector> StartAmongSeveral(const RestProblem& rest, const Circuit& circuit,
                                          const CircuitBranches& graph) {
   const std::string advice = "; give the start with IC= and UIC";
@@ -161,35 +222,42 @@ absl::StatusOr<Vector> StartAmongSeveral(const RestProblem& rest, const Circuit&
     return absl::InvalidArgumentError("there are several operating points at 0, which differ in " +
                                       ElementsThatDiffer(found.all, starts, rest.clamps, circuit, graph) + advice);
   }
-  return StorageAt(rest, found.all[AsSize(starts.front())].y);
+  return found.all[AsSize(starts.front())].y;
 }
 
 }  // namespace
 
 absl::StatusOr<Vector> FindOperatingPoint(const Circuit& circuit, const CircuitBranches& graph,
                                           const Vector& source_values) {
-  auto made = LinearNetwork::Create(graph.nodes, BranchesAtRest(circuit, graph));
-  if (auto* fault = std::get_if<NetworkFault>(&made)) return StatusOfRest(std::move(*fault), graph, circuit);
-  const LinearNetwork& network = std::get<LinearNetwork>(made);
+  const auto at_rest = MakeRestNetwork(circuit, graph);
+  if (!at_rest.ok()) return at_rest.status();
+  const LinearNetwork& network = at_rest->network;
 
   Vector given = Vector::Zero(network.num_inputs());
   for (std::size_t s = 0; s < graph.sources.size(); ++s) {
     given[network.InputOf(graph.sources[s].branch)] = source_values[static_cast<Index>(s)];
   }
-  for (std::size_t k = 0; k < circuit.node_voltages.size(); ++k) {
-    given[network.InputOf(static_cast<Index>(graph.branches.size() + k))] = circuit.node_voltages[k].volts;
+  for (std::size_t k = 0; k < at_rest->held.size(); ++k) {
+    given[network.InputOf(static_cast<Index>(graph.branches.size() + k))] =
+        circuit.node_voltages[AsSize(at_rest->held[k])].volts;
   }
-  const RestProblem rest = MakeRestProblem(network, graph, given, static_cast<Index>(circuit.node_voltages.size()));
-  if (rest.q.size() == 0) return rest.constant;
+  const RestProblem rest = MakeRestProblem(*at_rest, circuit, graph, given);
+  const auto start_at = [&](const Vector& y) -> absl::StatusOr<Vector> {
+    if (absl::Status status = MissedVoltage(*at_rest, rest, circuit, graph, y); !status.ok()) return status;
+    return StorageAt(rest, y);
+  };
+  if (rest.q.size() == 0) return start_at(Vector(0));
 
   const MatrixClass matrix_class = Classify(rest.M);
   const bool semidefinite = matrix_class.positive_semidefinite.yes();
-  if (!matrix_class.p.yes() && !semidefinite) return StartAmongSeveral(rest, circuit, graph);
+  if (!matrix_class.p.yes() && !semidefinite) {
+    const auto y = StartAmongSeveral(rest, circuit, graph);
+    return y.ok() ? start_at(*y) : y.status();
+  }
   const auto solved = SolveLcp(rest.M, rest.q, matrix_class.p.yes() ? SolutionRule::kUnique : SolutionRule::kLeastNorm);
   if (!solved.ok()) return solved.status();
   if (solved->verdict != LcpStatus::kSolved) return absl::InvalidArgumentError(NoOperatingPoint(graph, circuit));
-  const Vector start = StorageAt(rest, solved->y);
-  if (matrix_class.p.yes() || rest.storage.isZero(0)) return start;
+  if (matrix_class.p.yes() || rest.storage.isZero(0)) return start_at(solved->y);
   const Index open = FirstOpenRow(rest.M, rest.q, rest.storage, solved->y);
   if (open >= 0) return NotDetermined(circuit.elements[AsSize(graph.storages[AsSize(open)].element)]);
   if (open < -1) {
@@ -197,7 +265,7 @@ absl::StatusOr<Vector> FindOperatingPoint(const Circuit& circuit, const CircuitB
         "could not decide whether the operating point at 0 is the only one; give the "
         "start with IC= and UIC");
   }
-  return start;
+  return start_at(solved->y);
 }
 
 }  // namespace dlcs
