@@ -52,9 +52,11 @@ absl::Status DeckCircuit::AddControlled(const DeckFields& fields, const Instance
   const bool has_table = next == "table" || fields.named.contains("table") ||
                          (fields.words.size() > 5 && Lower(fields.words[5].text) == "table");
   if (by_voltage && has_table) return AddTable(fields, instance, std::move(element));
-  if (next == "laplace" || next == "freq") {
-    return DeckError(fields.Place(3),
-                     fmt::format("{}: {} is not supported", fields.words[0].text, fields.words[3].text));
+  for (const char* function : {"laplace", "freq"}) {
+    if (next != function && !fields.named.contains(function)) continue;
+    return DeckError(fields.line->Place(), fmt::format("{}: {} is not supported; build the transfer function of R, C "
+                                                       "and controlled sources",
+                                                       fields.words[0].text, function));
   }
   // The controlling nodes may stand in parentheses.
   DeckFields plain = fields;
@@ -197,8 +199,11 @@ absl::Status DeckCircuit::AddBehavioral(const DeckFields& fields, const Instance
       kind != 'b' && expression == nullptr && fields.words.size() == 5 && fields.words[4].is_expression;
   if (without_equals) expression = &fields.words[4];
   if (expression == nullptr || fields.words.size() > (without_equals ? 5 : 3)) {
-    return DeckError(fields.line->Place(), fmt::format("{} is written {} with an expression in braces",
-                                                       fields.words[0].text, "BNAME NODE NODE V={...} or I={...}"));
+    const char* form = kind == 'b'   ? "BNAME NODE NODE V={...} or I={...}"
+                       : kind == 'e' ? "ENAME NODE NODE VALUE={...}"
+                                     : "GNAME NODE NODE VALUE={...}";
+    return DeckError(fields.line->Place(),
+                     fmt::format("{} is written {} with an expression in braces", fields.words[0].text, form));
   }
   element.kind = is_voltage ? ElementKind::kControlledVoltage : ElementKind::kControlledCurrent;
   element.plus = NodeOf(instance, fields.words[1].text);

@@ -117,16 +117,20 @@ absl::Status DeckCircuit::AddSource(const DeckFields& fields, const Instance& in
   element.minus = NodeOf(instance, fields.words[2].text);
   element.source = ConstantWave{0};
   std::size_t k = 3;
-  bool has_function = false;
+  bool has_function = false, has_value = false;
+  const auto is_number = [&fields](std::size_t at) {
+    return at < fields.words.size() && (fields.words[at].is_expression || ReadSpiceNumber(fields.words[at].text));
+  };
   while (k < fields.words.size()) {
     const std::string word = fields.words[k].is_expression ? "" : Lower(fields.words[k].text);
     if (word == "ac") {
       // Of another analysis: magnitude and phase.
       ++k;
-      while (k < fields.words.size() && ReadSpiceNumber(fields.words[k].text)) ++k;
+      for (int part = 0; part < 2 && is_number(k); ++part) ++k;
       continue;
     }
-    if (word == "dc") {
+    const bool is_named = word == "dc";
+    if (is_named) {
       if (++k == fields.words.size()) return DeckError(fields.Place(k), "DC needs a value");
     } else if (!word.empty() && std::isalpha(static_cast<unsigned char>(word[0])) != 0 && word != "(") {
       if (has_function) return DeckError(fields.Place(k), fmt::format("{} has two functions", element.name));
@@ -139,6 +143,13 @@ absl::Status DeckCircuit::AddSource(const DeckFields& fields, const Instance& in
     }
     const auto value = Value(fields, fields.words[k], instance);
     if (!value.ok()) return value.status();
+    if (has_value || (has_function && !is_named)) {
+      return DeckError(fields.Place(k),
+                       fmt::format("{}: {} is a second value; a source is written with at most one value, one function "
+                                   "and AC with its magnitude and phase{}",
+                                   element.name, fields.words[k].text, HintOnBlank(fields, k)));
+    }
+    has_value = true;
     if (!has_function) element.source = ConstantWave{*value};
     ++k;
   }

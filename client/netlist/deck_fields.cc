@@ -18,6 +18,18 @@ void JoinExpression(const DeckLine& line, std::vector<DeckWord>& words) {
   words.resize(6);
 }
 
+// R1 (a b) 1k is R1 a b 1k.
+void OpenParenthesesOfNodes(std::vector<DeckWord>& words) {
+  const auto is = [](const char* sign) {
+    return [sign](const DeckWord& word) { return word.text == sign && !word.is_expression; };
+  };
+  if (words.size() < 2 || !is("(")(words[1])) return;
+  const auto close = std::find_if(words.begin(), words.end(), is(")"));
+  if (close == words.end()) return;
+  words.erase(close);
+  words.erase(words.begin() + 1);
+}
+
 }  // namespace
 
 std::string DeckFields::Place(std::size_t k) const { return line->Place(words[std::min(k, words.size() - 1)].offset); }
@@ -25,6 +37,7 @@ std::string DeckFields::Place(std::size_t k) const { return line->Place(words[st
 absl::StatusOr<DeckFields> FieldsOf(const DeckLine& line) {
   DeckFields fields{&line, {}, {}};
   std::vector<DeckWord> words = WordsOf(line);
+  OpenParenthesesOfNodes(words);
   if (Lower(line.text)[0] == 'b') JoinExpression(line, words);
   for (std::size_t k = 0; k < words.size(); ++k) {
     if (k + 1 < words.size() && words[k + 1].text == "=" && !words[k + 1].is_expression) {
@@ -48,7 +61,8 @@ absl::Status NeedWords(const DeckFields& fields, std::size_t count, const std::s
 }
 
 std::string HintOnBlank(const DeckFields& fields, std::size_t k) {
-  if (k == 0 || k >= fields.words.size()) return "";
+  constexpr std::size_t kFirstValue = 3;  // behind two nodes, which may be numbers
+  if (k <= kFirstValue || k >= fields.words.size()) return "";
   const DeckWord &word = fields.words[k], &before = fields.words[k - 1];
   const std::size_t end = before.offset + before.text.size();
   const std::string between = fields.line->text.substr(end, word.offset - std::min(word.offset, end));

@@ -143,13 +143,21 @@ class DeckSorter {
       if (words[k].text != "(" && words[k].text != ")") rest.push_back(words[k]);
     }
     for (std::size_t k = 0; k < rest.size();) {
-      if (k + 2 < rest.size() + 0 && rest[k + 1].text == "=") {
-        model.values.insert_or_assign(Lower(rest[k].text), rest[k + 2]);
+      const std::string name = Lower(rest[k].text);
+      if (k + 2 < rest.size() && rest[k + 1].text == "=") {
+        if (!model.values.emplace(name, rest[k + 2]).second) {
+          return DeckError(line.Place(rest[k].offset),
+                           fmt::format(".model {}: {} is given twice", words[1].text, rest[k].text));
+        }
         k += 3;
-      } else {
-        // A flag.
-        model.values.insert_or_assign(Lower(rest[k].text), DeckWord{"1", rest[k].offset, false});
+      } else if (name == "nchan" || name == "pchan") {
+        model.values.emplace(name, DeckWord{"1", rest[k].offset, false});
         ++k;
+      } else {
+        return DeckError(line.Place(rest[k].offset),
+                         fmt::format(".model {}: \"{}\" is not followed by =; parameters are "
+                                     "written NAME=VALUE",
+                                     words[1].text, rest[k].text));
       }
     }
     const auto [place, is_new] = body.models.emplace(Lower(words[1].text), std::move(model));

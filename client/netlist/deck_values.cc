@@ -66,6 +66,7 @@ std::string DecimalHint(const std::string& text) {
   if (letters == 0 || digits == std::string::npos) return "";
   if (text.find_first_not_of("0123456789", digits) != std::string::npos) return "";
   const std::string suffix = text.substr(letters, digits - letters);
+  if (Lower(suffix) == "e" || Lower(suffix) == "x") return "";  // 1e400, 0x10
   const std::string number = text.substr(0, letters) + "." + text.substr(digits) + (Lower(suffix) == "r" ? "" : suffix);
   return ReadSpiceNumber(number) ? fmt::format("; write {}", number) : "";
 }

@@ -27,6 +27,20 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
                      fmt::format("{} takes at least {} numbers, not {}", name, least, values.size()));
   };
   const double stop = missing.stop;
+  // One over TSTOP where it is not given.
+  const auto frequency = [&](std::size_t k, const char* what) -> absl::StatusOr<double> {
+    if (k < values.size() && values[k] == 0) {
+      return DeckError(fields.Place(begin),
+                       fmt::format("{} of {} is 0, which is 1/TSTOP in ngspice and a constant elsewhere; write what is "
+                                   "meant",
+                                   what, fields.words[0].text));
+    }
+    if (k >= values.size()) {
+      notes.Add(fmt::format("{}: {} of {} is missing, and taken as 1/TSTOP = {:g} Hz, as in SPICE", fields.Place(begin),
+                            what, fields.words[0].text, 1 / stop));
+    }
+    return at(k, 1 / stop);
+  };
   if (name == "pulse") {
     if (values.size() < 2) return too_few(2);
     if (values.size() > 8) return too_many(8);
@@ -46,6 +60,10 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
     if (wave.fall == 0 && ramp > 0) {
       wave.fall = ramp;
       defaults.push_back(fmt::format("TF = TSTEP = {:g} s", ramp));
+    }
+    if (ramp == 0 && !missing.ideal_edges && (wave.rise == 0 || wave.fall == 0)) {
+      notes.Add(fmt::format("{}: PULSE of {} has ramps of 0 and .tran no TSTEP: its edges are jumps",
+                            fields.Place(begin), fields.words[0].text));
     }
     if (wave.width == 0) {
       wave.width = stop;
@@ -67,9 +85,11 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
   if (name == "sin" || name == "sine") {
     if (values.size() < 2) return too_few(2);
     if (values.size() > 6) return too_many(6);
+    const auto hertz = frequency(2, "FREQ of SIN");
+    if (!hertz.ok()) return hertz.status();
     return SineWave{.offset = values[0],
                     .amplitude = values[1],
-                    .frequency = at(2, 1 / stop),
+                    .frequency = *hertz,
                     .delay = at(3, 0),
                     .damping = at(4, 0),
                     .phase = at(5, 0)};
@@ -78,22 +98,31 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
     if (values.size() < 2) return too_few(2);
     if (values.size() > 6) return too_many(6);
     const double step = missing.step > 0 ? missing.step : stop / 50;
-    const double rise_delay = at(2, 0);
+    const double rise_delay = at(2, 0), fall_delay = at(4, rise_delay + step);
+    if (values.size() < 6) {
+      notes.Add(
+          fmt::format("{}: EXP of {} has what it does not give from TSTEP: TAU1 = {:g}, TD2 = {:g}, TAU2 = {:g} s",
+                      fields.Place(begin), fields.words[0].text, at(3, step), fall_delay, at(5, step)));
+    }
+    if (fall_delay < rise_delay) {
+      return DeckError(fields.Place(begin), fmt::format("EXP of {}: TD2 = {:g} is before TD1 = {:g}",
+                                                        fields.words[0].text, fall_delay, rise_delay));
+    }
     return ExponentialWave{.first = values[0],
                            .second = values[1],
                            .rise_delay = rise_delay,
                            .rise = at(3, step),
-                           .fall_delay = at(4, rise_delay + step),
+                           .fall_delay = fall_delay,
                            .fall = at(5, step)};
   }
   if (name == "sffm") {
     if (values.size() < 2) return too_few(2);
     if (values.size() > 5) return too_many(5);
-    return FrequencyModulatedWave{.offset = values[0],
-                                  .amplitude = values[1],
-                                  .carrier = at(2, 1 / stop),
-                                  .index = at(3, 0),
-                                  .signal = at(4, 1 / stop)};
+    const auto carrier = frequency(2, "FC of SFFM"), signal = frequency(4, "FS of SFFM");
+    if (!carrier.ok()) return carrier.status();
+    if (!signal.ok()) return signal.status();
+    return FrequencyModulatedWave{
+        .offset = values[0], .amplitude = values[1], .carrier = *carrier, .index = at(3, 0), .signal = *signal};
   }
   return DeckError(fields.Place(begin),
                    fmt::format("{}: the function {} is not supported; known are PULSE, SIN, PWL, "

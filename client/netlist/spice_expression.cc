@@ -19,6 +19,7 @@ namespace {
 
 constexpr int kMaxLevels = 64;
 constexpr double kRounding = 1e-14;
+constexpr std::size_t kMaxWork = 1'000'000;  // letters of functions of the user that one expression reads
 
 }  // namespace
 
@@ -28,8 +29,8 @@ class ExpressionReader {
   using Bindings = std::map<std::string, LinearValue>;
 
   ExpressionReader(std::string_view text, ParameterScope& scope, const Bindings& bindings, const PiecewiseMaker* maker,
-                   int depth)
-      : text_(text), scope_(scope), bindings_(bindings), maker_(maker), depth_(depth) {}
+                   int depth, std::size_t& work)
+      : text_(text), scope_(scope), bindings_(bindings), maker_(maker), depth_(depth), work_(work) {}
 
   absl::StatusOr<LinearValue> Read() {
     if (depth_ > kMaxLevels)
@@ -248,12 +249,16 @@ class ExpressionReader {
     return value;
   }
   LinearValue Power() {
+    const bool is_exponent = std::exchange(is_exponent_, false);
     LinearValue value = Primary();
     if (Peek() == '^') {
       return Fail("^ is a power in ngspice and an exclusive or in LTspice; write ** for a power");
     }
     if (!Take("**")) return value;
+    if (is_exponent) return Fail("powers of powers are not read in one order everywhere; write parentheses");
+    is_exponent_ = true;
     const LinearValue raised = Signed();
+    is_exponent_ = false;
     if (IsOfTime(value) || IsOfTime(raised)) {
       if (value.factors.empty() && raised.factors.empty()) return OfTime(TextOf(value) + "**" + TextOf(raised));
     }
@@ -353,7 +358,9 @@ class ExpressionReader {
     }
     Bindings bound;
     for (std::size_t k = 0; k < arguments.size(); ++k) bound[function.arguments[k]] = arguments[k];
-    auto value = ExpressionReader(function.body, home, bound, maker_, depth_ + 1).Read();
+    work_ += function.body.size();
+    if (work_ > kMaxWork) return Fail("calls too many functions");
+    auto value = ExpressionReader(function.body, home, bound, maker_, depth_ + 1, work_).Read();
     if (value.ok()) return *value;
     if (error_.ok()) error_ = value.status();
     at_ = text_.size();
@@ -439,8 +446,10 @@ class ExpressionReader {
   const Bindings& bindings_;
   const PiecewiseMaker* maker_;  // null where voltages and currents are not allowed
   const int depth_;
+  std::size_t& work_;
   std::size_t at_ = 0;
   int nesting_ = 0;
+  bool is_exponent_ = false;
   std::set<std::string> truths_;  // quantities that are 0 or 1
   absl::Status error_;
 };
@@ -480,7 +489,8 @@ absl::StatusOr<double> ParameterScope::ValueOf(const std::string& name, int dept
   }
   parameter.is_open = true;
   const ExpressionReader::Bindings none;
-  const auto value = ExpressionReader(parameter.expression, *home, none, nullptr, depth).Read();
+  std::size_t work = 0;
+  const auto value = ExpressionReader(parameter.expression, *home, none, nullptr, depth, work).Read();
   parameter.is_open = false;
   if (!value.ok()) {
     return absl::InvalidArgumentError(fmt::format("parameter {}: {}", name, std::string(value.status().message())));
@@ -494,7 +504,8 @@ absl::StatusOr<double> ParameterScope::ValueOf(const std::string& name, int dept
 
 absl::StatusOr<LinearValue> ParameterScope::EvaluateLinear(std::string_view expression, const PiecewiseMaker& maker) {
   const ExpressionReader::Bindings none;
-  auto value = ExpressionReader(expression, *this, none, &maker, 0).Read();
+  std::size_t work = 0;
+  auto value = ExpressionReader(expression, *this, none, &maker, 0, work).Read();
   if (!value.ok()) return value.status();
   bool finite = std::isfinite(value->constant);
   for (const auto& [name, factor] : value->factors) finite = finite && std::isfinite(factor);
@@ -504,7 +515,8 @@ absl::StatusOr<LinearValue> ParameterScope::EvaluateLinear(std::string_view expr
 
 absl::StatusOr<double> ParameterScope::Evaluate(std::string_view expression) {
   const ExpressionReader::Bindings none;
-  const auto value = ExpressionReader(expression, *this, none, nullptr, 0).Read();
+  std::size_t work = 0;
+  const auto value = ExpressionReader(expression, *this, none, nullptr, 0, work).Read();
   if (!value.ok()) return value.status();
   if (!std::isfinite(value->constant)) {
     return absl::InvalidArgumentError(fmt::format("\"{}\" is not finite", expression));

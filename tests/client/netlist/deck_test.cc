@@ -90,6 +90,45 @@ TEST(DeckTest, ReadsSources) {
   EXPECT_EQ(std::get<FrequencyModulatedWave>(Named(deck, "I2").source).carrier, 10e3);
 }
 
+TEST(DeckTest, TakesNoMagnitudeForAVoltageAndNoSecondValue) {
+  const Deck deck = Good(
+      "V1 a 0 AC {x}\nV2 b 0 5 AC {x} {x}\nV3 c 0 SIN(0 1 50) DC 2\nR1 a 0 1\nR2 b 0 1\nR3 c 0 1\n"
+      ".param x=3\n" +
+      std::string(kRest));
+  EXPECT_EQ(std::get<ConstantWave>(Named(deck, "V1").source).value, 0);
+  EXPECT_EQ(std::get<ConstantWave>(Named(deck, "V2").source).value, 5);
+  EXPECT_EQ(std::get<SineWave>(Named(deck, "V3").source).amplitude, 1);
+  const std::string rest = "R1 a 0 1\n" + std::string(kRest);
+  EXPECT_THAT(Fault("V1 a 0 12 5\n" + rest), AllOf(HasSubstr("a.cir:2:11"), HasSubstr("5 is a second value")));
+  EXPECT_THAT(Fault("V1 a 0 SIN(0 1 50) 3\n" + rest), HasSubstr("3 is a second value"));
+  EXPECT_THAT(Fault("V1 a 0 1,5\n" + rest), HasSubstr("as in 1.5"));
+}
+
+TEST(DeckTest, NodesMayStandInParentheses) {
+  const Deck deck = Good(
+      "E1 (b 0) (a 0) 2\nG1 (c,0) (a,0) 3\nR1 (b 0) 1k\nV1 (a 0) SIN(0 1 50)\nB1 (d 0) V=V(a)*2\n"
+      "X1 (b c) NET\n.subckt NET p q\nR1 p q 1\n.ends\nR2 c 0 1\nR3 d 0 1\n" +
+      std::string(kRest));
+  EXPECT_THAT(deck.circuit.nodes, ElementsAre("0", "b", "a", "c", "d"));
+  EXPECT_EQ(Named(deck, "E1").plus, 1);
+  EXPECT_EQ(Named(deck, "E1").controls[0].plus, 2);
+  EXPECT_EQ(Named(deck, "X1.R1").minus, 3);
+}
+
+TEST(DeckTest, SaysWhatItTakesForNumbersThatSourcesDoNotGive) {
+  const auto notes = [](const std::string& source, const std::string& tran) {
+    return Good("V1 a 0 " + source + "\nR1 a 0 1\nC1 a 0 1u\n.tran " + tran + "\n").notes;
+  };
+  EXPECT_THAT(notes("SIN(0 1)", "1u 1m"), Contains(HasSubstr("1/TSTOP = 1000 Hz")));
+  EXPECT_THAT(notes("SFFM(0 1 5k 1)", "1u 1m"), Contains(HasSubstr("FS of SFFM of V1")));
+  EXPECT_THAT(notes("EXP(0 1 1u)", "1u 1m"), Contains(HasSubstr("TD2 = 2e-06")));
+  EXPECT_THAT(notes("PULSE(0 1 0 0 0 5u 10u)", "1m"), Contains(HasSubstr("its edges are jumps")));
+  EXPECT_THAT(notes("SIN(0 1 50)", "1u 1m"), ElementsAre());
+  const std::string rest = "R1 a 0 1\n" + std::string(kRest);
+  EXPECT_THAT(Fault("V1 a 0 SIN(0 1 0)\n" + rest), HasSubstr("FREQ of SIN of V1 is 0"));
+  EXPECT_THAT(Fault("V1 a 0 EXP(0 1 2u 1u 1u 1u)\n" + rest), HasSubstr("TD2 = 1e-06 is before TD1 = 2e-06"));
+}
+
 TEST(DeckTest, ReadsSourcesThatRepeat) {
   const Deck deck = Good(
       "V1 a 0 PULSE(0 5 0 10n 10n 4u 10u 3)\n"
@@ -400,7 +439,14 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("K1 L1 L2 0.5\nL1 a 0 1\n" + rest), HasSubstr("\"L2\" is no inductor"));
   EXPECT_THAT(Fault("K1 L1 L2 1.1\nL1 a 0 1\nL2 a 0 1\n" + rest), HasSubstr("at most 1"));
   EXPECT_THAT(Fault("E1 a 0 POLY(1) b 0 1 2 3\n" + rest), HasSubstr("powers or products"));
-  EXPECT_THAT(Fault("E1 a 0 LAPLACE {V(a)} = {1/s}\n" + rest), HasSubstr("LAPLACE is not supported"));
+  EXPECT_THAT(Fault("E1 a 0 LAPLACE {V(a)} = {1/s}\n" + rest), HasSubstr("laplace is not supported"));
+  EXPECT_THAT(Fault("E1 a 0 b 0 Laplace=1/(1+s)\n" + rest), HasSubstr("laplace is not supported"));
+  EXPECT_THAT(Fault("E1 a 0 value=V(b)*2\n" + rest), HasSubstr("ENAME NODE NODE VALUE={...}"));
+  EXPECT_THAT(Fault("D1 a 0 DX\n.model DX D(VFWD=0.5 RON)\n" + rest),
+              AllOf(HasSubstr("a.cir:3:22"), HasSubstr("\"RON\" is not followed by =")));
+  EXPECT_THAT(Fault("D1 a 0 DX\n.model DX D(RON=1 RON=2)\n" + rest), HasSubstr("RON is given twice"));
+  EXPECT_THAT(Fault("R1 a 0 1e400\n" + rest), Not(HasSubstr("write")));
+  EXPECT_THAT(Fault("V1 a 0 AM(1 1)\n" + rest), Not(HasSubstr("0AM")));
   EXPECT_THAT(Fault("B1 a 0 V={V(a)**2}\n" + rest), HasSubstr("not linear"));
   EXPECT_THAT(Fault("+ R1 a 0 1\n" + rest), HasSubstr("+ continues a line"));
   EXPECT_THAT(Fault(".ic V(nix)=1\nR1 a 0 1\n" + rest), HasSubstr("\"nix\" is no node"));

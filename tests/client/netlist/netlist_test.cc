@@ -472,6 +472,38 @@ TEST(NetlistTest, AnAmplifierWithPositiveFeedbackStartsSaturated) {
   EXPECT_NEAR(MeasuredIn(result, "half"), 1e-4 * std::log(3.0), 1e-9);
 }
 
+// It is the whole period, not the half after which the capacitor has its voltage again.
+TEST(NetlistTest, TheOscillationOfAComparatorIsFoundWithItsWholePeriod) {
+  const auto result = Solved(
+      "B1 out 0 V = V(p,n) > 0 ? 5 : -5\nR1 out p 10k\nR2 p 0 10k\nR3 out n 10k\nC1 n 0 10n IC=0\n.ic V(out)=5\n"
+      ".tran 1u 1m uic\n.meas tran mean AVG V(out)\n",
+      "--periodic auto --tolerance 1e-9");
+  EXPECT_NEAR(result["summary"]["periodic"]["period"].get<double>(), 2e-4 * std::log(3.0), 1e-12);
+  EXPECT_NEAR(MeasuredIn(result, "mean"), 0, 1e-7);
+}
+
+// A comparator sets V(s), so that .ic only chooses between its two states; one that it cannot have is refused.
+TEST(NetlistTest, AnInitialVoltageChoosesTheStateOfAComparatorAtRest) {
+  const auto deck = [](const char* volts) {
+    return fmt::format(
+        "V1 in 0 SIN(0 4 500)\nB2 s 0 V=V(p)>V(in) ? 5 : -5\nR5 s p 10k\nR6 p 0 10k\nC6 p 0 1p\n"
+        ".ic V(s)={}\n.tran 1u 1m\n.print tran v(s)\n",
+        volts);
+  };
+  EXPECT_NEAR(Last(Solved(deck("5"), "--at 0"), "v(s)"), 5, 1e-9);
+  EXPECT_NEAR(Last(Solved(deck("-5"), "--at 0"), "v(s)"), -5, 1e-9);
+  EXPECT_THAT(Refused(deck("3")), AllOf(HasSubstr(".ic V(s) = 3 cannot be held"), HasSubstr("B2")));
+}
+
+// A glow lamp: it ignites at 6 V and goes out at 2 V, so it is no diode. Between them C1 charges by 10 V over 1 kohm.
+TEST(NetlistTest, ASwitchThatItsOwnVoltageIgnitesOscillates) {
+  const auto result = Solved(
+      "V1 in 0 10\nR1 in a 1k\nC1 a 0 1u IC=0\nS1 a 0 a 0 SL\n.model SL SW(RON=10 VT=4 VH=2)\n.tran 1u 5m uic\n"
+      ".meas tran up TRIG V(a)=3 RISE=2 TARG V(a)=5 RISE=2\n",
+      "--tolerance 1e-9");
+  EXPECT_NEAR(MeasuredIn(result, "up"), 1e-3 * std::log(7.0 / 5), 1e-9);
+}
+
 // Hysteretic current control of a full bridge: a comparator with feedback drives four switches, 22 pairs. The current
 // stays within half the band, 0.35 A, of its reference.
 TEST(NetlistTest, AComparatorWithHysteresisControlsTheCurrentOfABridge) {
@@ -580,6 +612,8 @@ TEST(NetlistTest, SaysWhyACircuitHasNoSolution) {
   EXPECT_THAT(Refused("V1 a 0 SIN(0 1 50)\nD1 a b DX\nC1 b 0 1u\n.model DX D(RON=0 ROFF=1e999)\n.tran 1u 1m\n"),
               HasSubstr("1e999"));
   EXPECT_THAT(Refused("V1 a 0 1\nV2 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n"), HasSubstr("form a loop of voltage sources"));
+  EXPECT_THAT(Refused("V1 a 0 1\nR1 a 0 1\nS1 a 0 typo 0 SX\n.model SX SW(VT=1)\n.tran 1u 1m\n"),
+              AllOf(HasSubstr("no element has the node typo"), HasSubstr("S1")));
   EXPECT_THAT(Refused("V1 a 0 1\nR1 b c 1\nC1 a 0 1u\n.tran 1u 1m\n"),
               AllOf(HasSubstr("nodes b and c"), HasSubstr("R1")));
   const auto untitled = ReadNetlist("V1 a 0 5\nR1 a b 1k\nC1 b 0 1u\n.tran 1u 1m\n", "a.cir", "", {});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/netlist/spice_expression.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +26,7 @@ TEST(SpiceExpressionTest, ComputesAsPythonDoes) {
   };
   EXPECT_EQ(value("r"), 1006);
   EXPECT_EQ(value("-2**2"), -4);
-  EXPECT_EQ(value("2**3**2"), 512);
+  EXPECT_EQ(value("(2**3)**2 + 2**(3**2)"), 576);
   EXPECT_EQ(value("2**-1"), 0.5);
   EXPECT_EQ(value("1 - 2 - 3"), -4);
   EXPECT_EQ(value("8/2/2"), 2);
@@ -48,6 +49,7 @@ TEST(SpiceExpressionTest, NamesWhatIsWrong) {
   EXPECT_THAT(fault("1/0"), HasSubstr("not finite"));
   EXPECT_THAT(fault("sqrt(-1)"), HasSubstr("no finite value"));
   EXPECT_THAT(fault("2^3"), HasSubstr("exclusive or"));
+  EXPECT_THAT(fault("2**3**2"), HasSubstr("powers of powers"));  // 64 in ngspice
   EXPECT_THAT(fault("1 +"), HasSubstr("ends too early"));
   EXPECT_THAT(fault("(1"), HasSubstr("missing"));
   EXPECT_THAT(fault("1 2"), HasSubstr("column 3"));
@@ -55,6 +57,16 @@ TEST(SpiceExpressionTest, NamesWhatIsWrong) {
   EXPECT_THAT(fault("time"), HasSubstr("time is allowed in B, E and G elements only"));
   EXPECT_THAT(fault(std::string(1000, '(')), HasSubstr("nested"));
   EXPECT_THAT(fault(std::string(1000, '-')), HasSubstr("nested"));
+}
+
+// Each function calls the one before twice.
+TEST(SpiceExpressionTest, EndsWhereFunctionsCallTooManyFunctions) {
+  ParameterScope scope;
+  scope.DefineFunction("f0", {"x"}, "x");
+  for (int k = 1; k < 40; ++k)
+    scope.DefineFunction(fmt::format("f{}", k), {"x"}, fmt::format("f{0}(x)+f{0}(x)", k - 1));
+  EXPECT_EQ(scope.Evaluate("f5(1)").value_or(0), 32);
+  EXPECT_THAT(std::string(scope.Evaluate("f39(1)").status().message()), HasSubstr("calls too many functions"));
 }
 
 TEST(SpiceExpressionTest, KeepsLinearFunctionsOfVoltagesAndCurrents) {
