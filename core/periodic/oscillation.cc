@@ -17,6 +17,9 @@ constexpr double kVaries = 1e-6;   // of the size of a state
 constexpr double kReturns = 0.05;  // of the range of a state
 constexpr std::size_t kMaxReturns = 64;
 constexpr int kSamples = 16;  // of a piece
+// Where the section is in the range of its state: thresholds of symmetric circuits are in the middle, and there y
+// jumps.
+constexpr double kSection = 0.38;
 
 double SampleTime(const TrajectoryPiece& piece, int k) {
   return k == kSamples ? piece.end : piece.begin + (piece.end - piece.begin) * k / kSamples;
@@ -66,13 +69,19 @@ std::variant<Oscillation, std::string> FindOscillation(const Solution& solution,
     return "No oscillation was found: the solution from x0 comes to rest on " + until +
            ". Start from another x0, or follow it for longer.";
   }
-  const double level = (low[section] + high[section]) / 2;
+  const double level = low[section] + kSection * range[section];
   std::vector<Crossing> crossings;
+  bool was_below = false;
   for (const TrajectoryPiece& piece : solution.pieces) {
-    for (int k = 0; k < kSamples; ++k) {
-      const double from = SampleTime(piece, k), to = SampleTime(piece, k + 1);
-      if (from < begin || !(StateAt(piece, from)[section] < level && StateAt(piece, to)[section] >= level)) continue;
-      crossings.push_back(Locate(piece, section, level, from, to));
+    for (int k = 0; k <= kSamples; ++k) {
+      const double time = SampleTime(piece, k);
+      if (time < begin) continue;
+      const bool is_below = StateAt(piece, time)[section] < level;
+      // Between two pieces too, whose values there differ by rounding.
+      if (was_below && !is_below) {
+        crossings.push_back(Locate(piece, section, level, SampleTime(piece, std::max(0, k - 1)), time));
+      }
+      was_below = is_below;
     }
   }
   if (crossings.size() < 2) {

@@ -482,6 +482,17 @@ TEST(NetlistTest, TheOscillationOfAComparatorIsFoundWithItsWholePeriod) {
   EXPECT_NEAR(MeasuredIn(result, "mean"), 0, 1e-7);
 }
 
+// Three inverters in a ring: V(b) is in the middle of its range where V(a) jumps, between two steps.
+TEST(NetlistTest, ARingOfInvertersHasThePeriodOfItsTransient) {
+  const std::string ring =
+      "B1 a 0 V=V(f)>2.5 ? 0 : 5\nR1 a b 1k\nC1 b 0 1n IC=0\nB2 c 0 V=V(b)>2.5 ? 0 : 5\nR2 c d 1k\nC2 d 0 1n IC=1\n"
+      "B3 e 0 V=V(d)>2.5 ? 0 : 5\nR3 e f 1k\nC3 f 0 1n IC=2\n.tran 0.1u 50u uic\n";
+  const auto oscillation = Solved(ring, "--periodic auto --tolerance 1e-9");
+  const auto transient =
+      Solved(ring + ".meas tran per TRIG V(a)=2.5 RISE=15 TARG V(a)=2.5 RISE=16\n", "--tolerance 1e-9");
+  EXPECT_NEAR(oscillation["summary"]["periodic"]["period"].get<double>(), MeasuredIn(transient, "per"), 1e-13);
+}
+
 // A comparator sets V(s), so that .ic only chooses between its two states; one that it cannot have is refused.
 TEST(NetlistTest, AnInitialVoltageChoosesTheStateOfAComparatorAtRest) {
   const auto deck = [](const char* volts) {
