@@ -65,6 +65,12 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
       notes.Add(fmt::format("{}: PULSE of {} has ramps of 0 and .tran no TSTEP: its edges are jumps",
                             fields.Place(begin), fields.words[0].text));
     }
+    if (wave.width == 0 && wave.period > 0) {
+      return DeckError(fields.Place(begin),
+                       fmt::format("PW of PULSE of {} is 0, which is TSTOP in ngspice and no time in "
+                                   "LTspice; for a triangle write a short time, such as {:g}",
+                                   fields.words[0].text, 1e-6 * wave.period));
+    }
     if (wave.width == 0) {
       wave.width = stop;
       defaults.push_back(fmt::format("PW = TSTOP = {:g} s", stop));

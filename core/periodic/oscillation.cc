@@ -36,7 +36,7 @@ Crossing Locate(const TrajectoryPiece& piece, Index i, double level, double from
     const double middle = from + (to - from) / 2;
     (StateAt(piece, middle)[i] < level ? from : to) = middle;
   }
-  return {to, StateAt(piece, to), YAt(piece, to)};
+  return {to, StateAt(piece, to), BranchAt(piece, to)};
 }
 
 }  // namespace
@@ -105,7 +105,7 @@ std::variant<Oscillation, std::string> FindOscillation(const Solution& solution,
     }
     if (distance <= kReturns) break;
   }
-  return Oscillation{last.state, last.y.cwiseMax(0), last.time - crossings[crossings.size() - 1 - best].time};
+  return Oscillation{last.state, last.y, last.time - crossings[crossings.size() - 1 - best].time};
 }
 
 }  // namespace dlcs

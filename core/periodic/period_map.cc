@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/discretization/grid.h"
@@ -16,6 +17,8 @@ namespace {
 // in a period. A state that comes to rest at zero has no relative accuracy.
 constexpr double kOfLargest = 1e-10;
 constexpr double kOfOthers = 1e-3;
+// Of a pair that is active while its y is 0.
+constexpr double kActive = std::numeric_limits<double>::min();
 
 // ∫ P_k ds from -1 to `s`, for all k.
 LegendreVector IntegralsTo(double s) {
@@ -56,7 +59,7 @@ void SetRanges(PeriodSolve& solve) {
 void SetBranch(const Vector& y_before, PeriodSolve& solve) {
   solve.y_before = y_before;
   const TrajectoryPiece& last = solve.solution.pieces.back();
-  solve.y_end = YAt(last, last.end).cwiseMax(0);
+  solve.y_end = BranchAt(last, last.end);
   solve.y_size = solve.y_end;
   LegendreRows values;
   for (const TrajectoryPiece& piece : solve.solution.pieces) {
@@ -82,9 +85,14 @@ void RaiseSizes(const Vector& largest, PeriodSolve& solve) {
 }  // namespace
 
 bool PeriodSolve::IsOnBranch(const Vector& y) const {
-  constexpr double kSame = 1e-3;
+  static constexpr double kPositive = 1e-3, kZero = 1e-9, kLeast = 1e-300;
   if (y_size.size() == 0) return true;
-  return y_before.size() > 0 && ((y - y_before).array().abs() <= kSame * y_size.array()).all();
+  if (y_before.size() == 0) return false;
+  const auto differ = [this](const Vector& one, const Vector& other) {
+    const Vector size = y_size.cwiseMax(kLeast / kZero);
+    return (one.array() > kPositive * size.array() && other.array() <= kZero * size.array()).any();
+  };
+  return !differ(y, y_before) && !differ(y_before, y);
 }
 
 PeriodMap::PeriodMap(const Problem& problem, const Options& options, Plan plan, Observer& observer,
@@ -149,7 +157,11 @@ Vector StateAt(const TrajectoryPiece& piece, double time) {
   return piece.x * ValuesAt(piece, time).head(piece.x.cols());
 }
 
-Vector YAt(const TrajectoryPiece& piece, double time) { return piece.y * ValuesAt(piece, time).head(piece.y.cols()); }
+Vector BranchAt(const TrajectoryPiece& piece, double time) {
+  const LegendreVector values = ValuesAt(piece, time);
+  const Vector y = piece.y * values.head(piece.y.cols()), w = piece.w * values.head(piece.w.cols());
+  return (w.array() == 0).select(y.cwiseMax(kActive), 0);
+}
 
 const TrajectoryPiece& PieceAt(const Solution& solution, double time) {
   const auto ends_before = [](const TrajectoryPiece& piece, double t) { return piece.end < t; };

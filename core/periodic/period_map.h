@@ -36,7 +36,7 @@ struct PeriodSolve {
 
   const FlowRecord& flow() const { return *solution.flow; }
   bool has_derivative() const { return flow().derivative.size() > 0; }
-  // Whether `y` is that before 0, so that the next period would repeat this one.
+  // Whether `y` is positive where that before 0 was, so that the next period would repeat this one.
   bool IsOnBranch(const Vector& y) const;
 };
 
@@ -66,9 +66,10 @@ class PeriodMap {
   Index solves_ = 0;
 };
 
-// x and y of a piece at `time`.
+// x of a piece at `time`.
 Vector StateAt(const TrajectoryPiece& piece, double time);
-Vector YAt(const TrajectoryPiece& piece, double time);
+// y of a piece at `time`, which is positive, if only just, where the pair is active: what Problem::y0 takes.
+Vector BranchAt(const TrajectoryPiece& piece, double time);
 
 // The piece of `solution` at `time`.
 const TrajectoryPiece& PieceAt(const Solution& solution, double time);

@@ -185,7 +185,7 @@ bool Search::HasShorterPeriod(Index& parts) const {
     const double time = solve.period / static_cast<double>(parts);
     const TrajectoryPiece& piece = PieceAt(solve.solution, time);
     const Vector distance = (StateAt(piece, time) - solve.start).cwiseAbs();
-    if (solve.y_size.size() > 0 && !solve.IsOnBranch(YAt(piece, time))) continue;
+    if (solve.y_size.size() > 0 && !solve.IsOnBranch(BranchAt(piece, time))) continue;
     if ((distance.array() <= kSame * solve.range.array().max(kAtRest * solve.size.array())).all()) return true;
   }
   return false;
@@ -301,7 +301,7 @@ absl::Status Search::Iterations() {
       continue;
     }
     bool accepted = false;
-    if (current_.has_step() && Repeats()) {
+    if (current_.has_step() && (Repeats() || !IsNear())) {
       if (absl::Status status = TakeNewtonStep(accepted); !status.ok()) return status;
     }
     if (accepted) {
