@@ -87,8 +87,9 @@ TEST(NetlistTest, SourcesRepeatAndFollowFormulasOfTime) {
   for (const char* node : {"v(rb)", "v(rc)", "v(re)"}) {
     EXPECT_NEAR(Last(result, node), Last(result, "v(rd)"), 1e-8) << node;
   }
-  const auto ended = Solved("V1 a 0 PULSE(0 1 0 0.9u 0.9u 0.2u 2u 3)\nR1 a 0 1\nL1 a b 1u\nR2 b 0 1\n.tran 0.1u 20u uic\n",
-                            "--tolerance 1e-9 --at 6e-6,20e-6");
+  const auto ended =
+      Solved("V1 a 0 PULSE(0 1 0 0.9u 0.9u 0.2u 2u 3)\nR1 a 0 1\nL1 a b 1u\nR2 b 0 1\n.tran 0.1u 20u uic\n",
+             "--tolerance 1e-9 --at 6e-6,20e-6");
   EXPECT_EQ(Last(ended, "v(a)"), 0);
   EXPECT_NEAR(Last(ended, "i(L1)"), ended["outputs"]["i(L1)"][0].get<double>() * std::exp(-14.0), 1e-9);
 }
