@@ -165,7 +165,8 @@ absl::Status DeckCircuit::AddInstance(const DeckFields& fields, const Instance& 
   }
   if (found == nullptr) {
     return DeckError(fields.Place(last),
-                     fmt::format("{}: there is no .subckt {}", fields.words[0].text, fields.words[last].text));
+                     fmt::format("{}: there is no .subckt {}; write it, or .include the file that has it",
+                                 fields.words[0].text, fields.words[last].text));
   }
   if (instance.depth >= kMaxSubcircuitDepth) {
     return DeckError(fields.Place(0), fmt::format("{}: subcircuits are nested deeper than {}; does {} contain itself?",

@@ -174,8 +174,8 @@ absl::StatusOr<DeckCircuit::FoundModel> DeckCircuit::ModelOf(const DeckFields& f
     return DeckError(fields.Place(k), fmt::format("{}: .model {} is of type {}; must be {}", fields.words[0].text,
                                                   fields.words[k].text, model.type, fmt::join(types, " or ")));
   }
-  return DeckError(fields.Place(k),
-                   fmt::format("{}: there is no .model {}", fields.words[0].text, fields.words[k].text));
+  return DeckError(fields.Place(k), fmt::format("{}: there is no .model {}; write it, or .include the file that has it",
+                                                fields.words[0].text, fields.words[k].text));
 }
 
 absl::Status DeckCircuit::AddDiode(const DeckFields& fields, const Instance& instance, Element element) {
