@@ -86,9 +86,8 @@ Vector DiagonalOf(const StructuredMatrix& matrix) {
 // Returns the memory of each x_i, per mass: 1/|A_ii|, but no longer than T/|E_ii|.
 Vector MemoryOf(const Problem& problem) {
   const Vector masses = problem.has_mass() ? DiagonalOf(problem.E) : Vector::Ones(problem.num_states());
-  return DiagonalOf(problem.A).binaryExpr(masses, [&](double rate, double mass) {
-    return std::min(problem.horizon / std::abs(mass), 1 / std::abs(rate));
-  });
+  return DiagonalOf(problem.A).binaryExpr(
+      masses, [&](double rate, double mass) { return std::min(problem.horizon / std::abs(mass), 1 / std::abs(rate)); });
 }
 
 }  // namespace
@@ -183,6 +182,24 @@ ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const P
 
 ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const ComponentSizes& sizes) {
   return Differences(a, b, ColumnsInCommon(a.times, b.times), nullptr, sizes);
+}
+
+ComponentErrors SwitchChanges(const Solution& solution, const Problem& problem, const ComponentSizes& sizes) {
+  const Vector memory = MemoryOf(problem);
+  Vector x = Vector::Zero(problem.num_states());
+  auto limit = solution.left_limits.begin();
+  for (Index k = 1; k < solution.y.cols(); ++k) {
+    const double begin = solution.times[static_cast<std::size_t>(k) - 1];
+    const double end = solution.times[static_cast<std::size_t>(k)];
+    while (limit != solution.left_limits.end() && limit->column < k) ++limit;
+    const auto before = solution.y.col(k - 1);
+    const bool jumps = limit != solution.left_limits.end() && limit->column == k;
+    const Vector after = jumps ? limit->y : Vector(solution.y.col(k));
+    if (((before.array() > 0) == (after.array() > 0)).all()) continue;
+    const double step = std::min(end - begin, solution.step);
+    x = x.cwiseMax((problem.B * Vector(after - before)).cwiseAbs().cwiseProduct(memory.cwiseMin(step)));
+  }
+  return {Relative(x, sizes.x, sizes.x_rounding), Vector::Zero(sizes.By.size()), Vector::Zero(sizes.w.size())};
 }
 
 double RelativeDifference(const Matrix& coarse, const Matrix& fine) {

@@ -12,10 +12,13 @@
 namespace dlcs {
 namespace {
 
-// Two times are one node if they are closer than this fraction of a step.
+// Two times are one node if they are closer than this fraction of a step, and of their distance from the break point
+// before them: in a layer behind it, the solution may change within a tiny part of a step.
 constexpr double kSameNode = 1e-9;
-// Given nodes may be arbitrarily close. Two times closer than this fraction of T are the same time, rounded twice.
+// Given nodes may be arbitrarily close. Two times closer than this fraction of them are the same time, rounded twice.
 constexpr double kTimeRounding = 8 * std::numeric_limits<double>::epsilon();
+
+bool IsRounded(double a, double b) { return std::abs(a - b) <= kTimeRounding * std::max(a, b); }
 
 Index StepsFor(double length, double longest_step) {
   return std::max<Index>(1, static_cast<Index>(std::ceil(length / longest_step * (1 - 1e-12) - kSameNode)));
@@ -52,11 +55,12 @@ std::vector<double> SplittingTimes(double begin, double end, double longest_step
   std::vector<double> inside;
   bool all_nodes = true;
   for (const double t : output_times) {
-    if (t <= begin + kSameNode * step || t >= end - kSameNode * step) continue;
-    if (!inside.empty() && t - inside.back() <= kSameNode * step) continue;
+    if (t <= begin || t >= end || IsRounded(t, begin) || IsRounded(t, end)) continue;
+    const double same = kSameNode * std::min(step, t - begin);
+    if (!inside.empty() && t - inside.back() <= same) continue;
     inside.push_back(t);
-    const double position = (t - begin) / step;
-    all_nodes = all_nodes && std::abs(position - std::round(position)) <= kSameNode;
+    const double node = begin + step * std::round((t - begin) / step);
+    all_nodes = all_nodes && node > begin && node < end && std::abs(t - node) <= same;
   }
   if (all_nodes) inside.clear();
   return inside;
@@ -75,10 +79,9 @@ std::vector<Mark> MarkedNodes(double horizon, const std::vector<double>& break_p
   for (const double t : options.output_times) marks.push_back({t, Mark::kOutputTime});
   for (const double t : options.grid_times) marks.push_back({t, Mark::kGridTime});
   std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.time < b.time; });
-  const double close = kTimeRounding * horizon;
   std::vector<Mark> nodes;
   for (const Mark& mark : marks) {
-    if (nodes.empty() || mark.time - nodes.back().time > close) {
+    if (nodes.empty() || !IsRounded(mark.time, nodes.back().time)) {
       nodes.push_back(mark);
     } else if (mark.rank > nodes.back().rank) {
       nodes.back() = mark;
@@ -91,11 +94,10 @@ std::vector<Mark> MarkedNodes(double horizon, const std::vector<double>& break_p
 Grid GridOfNodes(const std::vector<Mark>& nodes) {
   Grid grid;
   grid.times.push_back(nodes.front().time);
-  const double rounding = kTimeRounding * nodes.back().time;
   for (size_t k = 1; k < nodes.size(); ++k) {
     const double begin = nodes[k - 1].time, end = nodes[k].time;
     const bool at_break = nodes[k - 1].rank >= Mark::kBreakPoint;
-    if (at_break || std::abs(end - begin - grid.runs.back().step) > rounding) {
+    if (at_break || std::abs(end - begin - grid.runs.back().step) > kTimeRounding * end) {
       grid.runs.push_back({.first_node = static_cast<Index>(k) - 1, .begin = begin, .starts_at_break = at_break});
     }
     Run& run = grid.runs.back();

@@ -32,7 +32,8 @@ struct Grid {
 
 // The grid for [0, horizon]. Each smooth interval between `break_points` (inside (0, horizon), increasing) is divided
 // into equal steps no longer than the options' step. An output time that is not a node then splits its interval, and
-// both parts are divided again. An output time within 1e-9 steps of a node is that node.
+// both parts are divided again. An output time within 1e-9 steps of a node is that node, unless the node is 0 or a
+// break point.
 //
 // With options.grid_times the nodes are those times, 0, `horizon`, the break points and the output times. Of times that
 // agree to rounding only one is a node: a break point is preferred to an output time, and that to a grid time.

@@ -59,6 +59,15 @@ absl::StatusOr<Solution> SolveRounded(const TrialSolves& trials, const Grid& gri
   return trials.solve(grid);
 }
 
+// Raises `errors` to what a switch inside a step may leave behind. A method with fixed steps moves it to a node, and
+// grids that place it alike do not show that. If y jumps, x may be off by the jump of B y times the step h; if y has a
+// kink, B y is off by h/8 times the change of its slope at most. `other` has steps of h / `ratio`.
+void CountSwitches(const SystemSolves& system, double ratio, const Solution& other, ComponentErrors& errors) {
+  if (!system.at_switches) return;
+  const bool only_kinks = system.expected_order > 1;
+  errors.RaiseTo(system.at_switches(other), only_kinks ? ratio * ratio / 8 : ratio);
+}
+
 // Estimates the error by solves with twice and four times the step. Returns false, with the reason in the accuracy, if
 // they show nothing.
 absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& grid, Solution& solution) {
@@ -81,7 +90,9 @@ absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& 
     note += " and " + StepsText(four_times.num_steps());
   }
   convergence.Add(system.trials.compare(*longer, solution));
-  SetCompared(convergence.errors(kSafetyOfComparison), note + ".", solution.accuracy);
+  ComponentErrors errors = convergence.errors(kSafetyOfComparison);
+  CountSwitches(system, 0.5, *longer, errors);
+  SetCompared(std::move(errors), note + ".", solution.accuracy);
   return true;
 }
 
@@ -110,6 +121,7 @@ absl::Status CompareWithFiner(const SystemSolves& system, const Grid& grid, Solu
     }
   }
   errors += convergence.errors(kSafetyOfComparison);
+  CountSwitches(system, 2, *shorter, errors);
   SetCompared(std::move(errors), note + ".", solution.accuracy);
   return absl::OkStatus();
 }
@@ -202,7 +214,10 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
                        return errors;
                      },
                  .unresolved = UnresolvedSourcesOf(task.problem),
-                 .fits = {}}};
+                 .fits = {}},
+      .at_switches = [&task, y_counts](const Solution& solution) {
+        return SwitchChanges(solution, task.problem, SizesOf(task.problem, solution, y_counts));
+      }};
   // Other forms of A have set-ups of their own, too dear for this.
   if (!task.plan.propagator.system) {
     system.trials.solve_rounded = [&task](const Grid& grid, double ulps) {

@@ -60,6 +60,27 @@ TEST(GridTest, SplitsAStretchAtOutputTimesThatAreNoNodes) {
   EXPECT_FALSE(grid.runs[1].starts_at_break);  // f and g are smooth at an output time
 }
 
+TEST(GridTest, AnOutputTimeThatIsNearABreakPointIsANodeOfItsOwn) {
+  // A layer behind 0 or a break point may be shorter than a billionth of a step.
+  Options options;
+  options.num_steps = 2;
+  options.output_times = {1e-14, 2e-14, 0.5 - 1e-14, 0.5 + 1e-14, 1};
+  options.output_times_only = true;
+  const Grid grid = MakeGrid(1, {0.5}, options);
+  EXPECT_THAT(grid.times, ElementsAre(0, 1e-14, 2e-14, 0.5 - 1e-14, 0.5, 0.5 + 1e-14, 1));
+  EXPECT_THAT(grid.output_nodes, ElementsAre(1, 2, 3, 5, 6));
+  EXPECT_EQ(grid.runs[0].step, 1e-14);
+}
+
+TEST(GridTest, StepsOfDifferentLengthNearZeroAreDifferentRuns) {
+  Options options;
+  options.grid_times = {1e-17, 4e-17, 1};
+  const Grid grid = MakeGrid(1, {}, options);
+  EXPECT_THAT(grid.times, ElementsAre(0, 1e-17, 4e-17, 1));
+  ASSERT_EQ(grid.runs.size(), 3u);
+  EXPECT_DOUBLE_EQ(grid.runs[1].step, 3e-17);
+}
+
 TEST(GridTest, TakesAStepLongerThanTheHorizonAsOneStep) {
   Options options;
   options.step = 5;

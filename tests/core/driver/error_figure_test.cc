@@ -185,6 +185,35 @@ TEST(ErrorFigureTest, KnowsTheErrorOfSingleSteps) {
   }
 }
 
+// x' = 1 below x = 1, which is reached at t = 1/2, and 1/2 above: y1 jumps from 0 to 1/2. An output time right behind
+// the switch is a node of every grid, and all of them end the step before it at x = 1.
+TEST(ErrorFigureTest, KnowsTheErrorOfASwitchRightBeforeAnOutputTime) {
+  Problem problem;
+  problem.A = Matrix::Zero(1, 1);
+  problem.B = Matrix{{-1, 0}};
+  problem.N = Matrix{{-1}, {0}};
+  problem.M = Matrix{{0, 1}, {-1, 0}};
+  problem.f = TimeFunction::Constant(Vector::Ones(1));
+  problem.g = TimeFunction::Constant(Vector{{1, 0.5}});
+  problem.x0 = Vector{{0.5}};
+  problem.horizon = 2;
+  constexpr double kBehind = 1e-4;
+  Options options;
+  options.output_times = {0.5 + kBehind, 2};
+  options.output_times_only = true;
+  for (const Index steps : {100, 1000}) {
+    options.num_steps = steps;
+    for (const Method method : {Method::kExponentialIntegrator, Method::kTimeStepping}) {
+      options.method = method;
+      const Solution solution = SolveBy(problem, options);
+      ASSERT_EQ(solution.x.cols(), 2);
+      const double error = std::max(std::abs(solution.x(0, 0) - (1 + kBehind / 2)), std::abs(solution.x(0, 1) - 1.75));
+      EXPECT_GT(error, 1e-6);
+      EXPECT_GE(solution.accuracy.error * 1.75, error / 3) << MethodName(method) << " " << steps;
+    }
+  }
+}
+
 struct Controlled {
   const char* name;
   Method method;
