@@ -109,8 +109,8 @@ absl::StatusOr<Members> ReadTable(const std::string& text, const std::string& so
     if (!numbers && number == 1 && MayBeNames(line)) continue;  // the names of the columns
     if (!numbers) {
       return absl::InvalidArgumentError(fmt::format(
-          "{}, line {}: is no line of numbers between commas, an initial state; nor is the file JSON, which "
-          "begins with [ or {{",
+          "{}, line {}: is not an initial state; a table has one per line, as numbers between commas (a JSON file "
+          "begins with [ or {{)",
           source, number));
     }
     members.emplace_back().mutable_x0()->Add(numbers->begin(), numbers->end());

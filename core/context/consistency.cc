@@ -128,11 +128,14 @@ std::string FormatVector(const Vector& v) {
   return text + (v.size() > kShown ? ", ...)" : ")");
 }
 
-// The most negative entry, for messages.
-std::string WorstEntry(const Vector& q) {
+// The entry that is furthest below zero in units of what is allowed there, for messages.
+std::string WorstEntry(const Vector& q, const Vector& tolerance) {
   Index worst = 0;
-  const double value = q.minCoeff(&worst);
-  return "(N x + g)[" + std::to_string(worst) + "] = " + FormatNumber(value);
+  for (Index i = 1; i < q.size(); ++i) {
+    if (q[i] * tolerance[worst] < q[worst] * tolerance[i]) worst = i;
+  }
+  return "(N x + g)[" + std::to_string(worst) + "] = " + FormatNumber(q[worst]) + ", below -" +
+         FormatNumber(tolerance[worst]);
 }
 
 }  // namespace
@@ -171,7 +174,7 @@ bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Ve
   const std::string at = "at t = " + FormatNumber(time);
   if (jump.verdict != LcpStatus::kSolved) {
     return context.Fail(Termination::kInfeasible, time,
-                        "LCP(N x + g, M) " + at + " has no solution (" + WorstEntry(q) +
+                        "LCP(N x + g, M) " + at + " has no solution (" + WorstEntry(q, tolerance) +
                             "), and no jump of the state along B can make it consistent.");
   }
   const Vector dx = SolveMass(problem, problem.B * jump.p);
@@ -179,8 +182,8 @@ bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Ve
   if (((problem.N * dx).array().abs() <= tolerance.array()).all()) return true;
   if (!context.options.project_initial_state) {
     return context.Fail(Termination::kInconsistentState, time,
-                        "The state " + at + " is inconsistent: LCP(N x + g, M) has no solution (" + WorstEntry(q) +
-                            "). It must jump by dx = " + FormatVector(dx) + " first; " +
+                        "The state " + at + " is inconsistent: LCP(N x + g, M) has no solution (" +
+                            WorstEntry(q, tolerance) + "). It must jump by dx = " + FormatVector(dx) + " first; " +
                             (time == 0 ? "allow the projection of the initial state, or start from a "
                                          "consistent state."
                                        : "allow the projection of inconsistent states at break points, "

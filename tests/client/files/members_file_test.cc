@@ -50,10 +50,10 @@ TEST(MembersFileTest, ReadsATableOfInitialStates) {
     EXPECT_THAT((*members)[0].x0(), ElementsAre(1, 2));
     EXPECT_THAT((*members)[1].x0(), ElementsAre(-0.3, 4));
   }
-  EXPECT_THAT(WhyNot("1,2\n3,four\n"), HasSubstr("m.json, line 2: is no line of numbers"));
+  EXPECT_THAT(WhyNot("1,2\n3,four\n"), HasSubstr("m.json, line 2: is not an initial state"));
   // Not the names of columns.
   for (const char* first : {"1 2", "-1;2", "x1,2.5a", ".5 1"}) {
-    EXPECT_THAT(WhyNot(std::string(first) + "\n3,4\n"), HasSubstr("m.json, line 1: is no line of numbers")) << first;
+    EXPECT_THAT(WhyNot(std::string(first) + "\n3,4\n"), HasSubstr("m.json, line 1: is not an initial state")) << first;
   }
 }
 
