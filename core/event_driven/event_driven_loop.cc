@@ -253,7 +253,11 @@ EventDrivenLoop::Progressed EventDrivenLoop::GiveUpMode(const char* why) {
   mode_ = nullptr;
   if (event_step_ && RefineEvent()) return Progressed::kYes;
   why_coupled_ = why;
-  return attempt_ < kAttempts ? Progressed::kYes : Progressed::kNoMode;
+  if (attempt_ < kAttempts) return Progressed::kYes;
+  if (context_.selection != Selection::kHistory || may_start_below_) return Progressed::kNoMode;
+  may_start_below_ = true;
+  attempt_ = 0;
+  return Progressed::kYes;
 }
 
 // Locates the last event once more, by steps that end there: at its end a step is far more accurate than inside. A fast
@@ -314,6 +318,26 @@ bool EventDrivenLoop::FallsFromZero(const ModeEnd& mode_end) const {
   return begin < level / 16 && series.dot(LegendreValues((mode_end.s - 1) / 2)) < begin - level / 4;
 }
 
+// Lets guards start below zero by the error that is allowed of them, if they rise at once. Where no first-order step
+// may pass an event, this does: errors of large terms of a guard may be more than its level.
+void EventDrivenLoop::LetStartBelow() {
+  const Vector begin = ValueOf(step_.guard, LegendreValues(-1));
+  const Vector slope = ValueOf(step_.guard, LegendreSlopes(LegendreValues(-1)));
+  for (Index i = 0; i < begin.size(); ++i) {
+    const bool is_allowed = begin[i] < 0 && begin[i] >= -step_.guard_allowed[i] && slope[i] > 0;
+    if (is_allowed) step_.guard_level[i] = std::max(step_.guard_level[i], -2 * begin[i]);
+  }
+}
+
+// Whether a guard starts below zero by so little that this may be the error of the polynomial, which is smaller on a
+// shorter step.
+bool EventDrivenLoop::StartsBelowByTruncation(Index guard) const {
+  constexpr double kOfTail = 8;
+  const double tail = step_.guard_tail[guard];
+  const double begin = step_.guard.row(guard).dot(LegendreValues(-1));
+  return tail > 4 * step_.guard_noise[guard] && begin < 0 && begin > -kOfTail * tail;
+}
+
 double EventDrivenLoop::Share(double length) const { return std::max(length / problem_.horizon, kMinShare); }
 
 double EventDrivenLoop::StepLength(double end) const {
@@ -360,6 +384,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
     return Shorten(std::min(shorter, std::max(layer_length, Shortest(kShortestPart, 1))));
   }
 
+  if (may_start_below_ && t_ == mode_begin_) LetStartBelow();
   const auto mode_end = FindModeEnd(step_);
   if (!mode_end) {
     // Where rounding is all that is seen it does not fall with the length.
@@ -376,6 +401,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   step_.error_ratio =
       NanMax(step_.error_ratio, ErrorRatioBefore(mode_end->s, *mode_, step_, magnitudes_, tolerance_, Share(length)));
   if (!(step_.error_ratio <= 1) && again < length && again > Shortest(kShortestPart, 1)) return Shorten(again);
+  if (lasted <= ShortestMode() && StartsBelowByTruncation(mode_end->guard)) return Shorten(length / 8);
   search_.GuessAfter(*mode_, mode_end->guard);
   if (lasted <= ShortestMode() || FallsFromZero(*mode_end)) return GiveUpMode("no active set lasts");
   Accept(t_ + lasted, mode_end->s);
@@ -542,6 +568,7 @@ void EventDrivenLoop::Accept(double end, double s_end) {
   magnitudes_.w = magnitudes_.w.cwiseMax(w_);
   ++record_.steps;
   attempt_ = 0;
+  may_start_below_ = false;
   rejected_in_a_row_ = 0;
   gap_.reset();
   event_step_.reset();

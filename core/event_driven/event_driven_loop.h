@@ -68,6 +68,8 @@ class EventDrivenLoop {
   double Shortest(double part_of_horizon, double part_of_rate) const;
   double ShortestMode() const;
   bool FallsFromZero(const ModeEnd& mode_end) const;
+  void LetStartBelow();
+  bool StartsBelowByTruncation(Index guard) const;
   double Share(double length) const;  // the part of the tolerance for a step of this length
 
   SolveContext& context_;
@@ -93,8 +95,9 @@ class EventDrivenLoop {
   DataSizes sizes_;  // known before the solve
   const Mode* mode_ = nullptr;
   int attempt_ = 0;
-  double length_ = 0;    // the last length that the tolerance allowed
-  int short_modes_ = 0;  // in a row
+  bool may_start_below_ = false;  // no attempt was successful without
+  double length_ = 0;             // the last length that the tolerance allowed
+  int short_modes_ = 0;           // in a row
   double mode_begin_ = 0;
   double last_mode_length_ = 0;
   std::optional<EventGap> gap_;  // after an event

@@ -35,6 +35,15 @@ std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
   return -(scale.column.asDiagonal() * inverse * scale.row.asDiagonal());
 }
 
+// Sets the entries of a -matrix⁻¹ to zero that one ulp of the entries of `matrix` moves by as much: unknowns that
+// depend on a right-hand side by rounding alone. A large right-hand side there would give them a sign.
+void ClearRounding(const Matrix& matrix, Matrix& negative_inverse) {
+  constexpr double kUlps = 4 * std::numeric_limits<double>::epsilon();
+  const Matrix sizes = negative_inverse.cwiseAbs();
+  const Matrix moved = kUlps * (sizes * (matrix.cwiseAbs() * sizes));
+  negative_inverse = (sizes.array() > moved.array()).select(negative_inverse, 0);
+}
+
 // Columns S of an identity: selects, and puts back.
 Matrix ColumnsOfIdentity(Index n, const std::vector<Index>& S) {
   Matrix selector = Matrix::Zero(n, static_cast<Index>(S.size()));
@@ -45,8 +54,10 @@ Matrix ColumnsOfIdentity(Index n, const std::vector<Index>& S) {
 // y_S by the rows of a nonsingular M_SS, and the equation of the states. False where M_SS is singular.
 bool SubstituteMultipliers(const Problem& problem, Mode& mode) {
   const Matrix& M = problem.M.Dense();
-  const auto inverse = NegativeInverse(M(mode.active, mode.active));
+  const Matrix M_SS = M(mode.active, mode.active);
+  auto inverse = NegativeInverse(M_SS);
   if (!inverse) return false;
+  ClearRounding(M_SS, *inverse);
   const Matrix selector = ColumnsOfIdentity(problem.num_constraints(), mode.active);
   const Matrix map = Product(selector, *inverse);
   mode.y.state = Product(map, problem.N.Dense()(mode.active, Eigen::all));
@@ -78,29 +89,33 @@ std::vector<Index> OppositeRows(const Problem& problem) {
   return opposite;
 }
 
+// left + map * right, whose entries are zero where they are the rounding of their terms. The voltage of an open switch
+// may be the difference of terms 1e12 times its size.
+Matrix SumWithoutRounding(const Matrix& left, const Matrix& map, const Matrix& right) {
+  constexpr double kRoundingOfTerms = 8 * std::numeric_limits<double>::epsilon();
+  const Matrix sum = left + map * right;
+  const Matrix terms = left.cwiseAbs() + map.cwiseAbs() * right.cwiseAbs();
+  return (sum.array().abs() > kRoundingOfTerms * terms.array()).select(sum, 0);
+}
+
 // y on S, and w = N x + g + M y elsewhere; w_i + w_j where j is in S, so that w_j = 0, and its row is the opposite. Of
 // the two slacks of an open switch, w and -w, rounding would be left.
 LinearOutput MakeGuard(const Problem& problem, const std::vector<Index>& opposite, const Mode& mode) {
-  const Index n = problem.num_constraints();
-  LinearOutput guard;
-  guard.state = problem.N.Dense() + problem.M * mode.y.state;
-  guard.g = Matrix::Identity(n, n) + problem.M * mode.y.g;
-  if (!mode.is_explicit()) {
-    guard.slope = problem.M * mode.y.slope;
-    guard.f = problem.M * mode.y.f;
-  }
+  const Index n = problem.num_constraints(), m = problem.num_states();
+  Matrix of_x = problem.N.Dense(), of_g = Matrix::Identity(n, n), of_y = problem.M.Dense();
   for (Index i = 0; i < n; ++i) {
     const Index j = opposite[static_cast<std::size_t>(i)];
     if (j < 0 || !std::binary_search(mode.active.begin(), mode.active.end(), j)) continue;
-    const auto& M = problem.M.Dense();
-    const Eigen::RowVectorXd sum = M.row(i) + M.row(j);
-    guard.state.row(i) = sum * mode.y.state;
-    guard.g.row(i) = sum * mode.y.g;
-    guard.g(i, i) += 1;
-    guard.g(i, j) += 1;
-    if (mode.is_explicit()) continue;
-    guard.slope.row(i) = sum * mode.y.slope;
-    guard.f.row(i) = sum * mode.y.f;
+    of_x.row(i).setZero();
+    of_g(i, j) = 1;
+    of_y.row(i) += problem.M.Dense().row(j);
+  }
+  LinearOutput guard;
+  guard.state = SumWithoutRounding(of_x, of_y, mode.y.state);
+  guard.g = SumWithoutRounding(of_g, of_y, mode.y.g);
+  if (!mode.is_explicit()) {
+    guard.slope = SumWithoutRounding(Matrix::Zero(n, m), of_y, mode.y.slope);
+    guard.f = SumWithoutRounding(Matrix::Zero(n, m), of_y, mode.y.f);
   }
   for (const Index i : mode.active) {
     guard.state.row(i) = mode.y.state.row(i);

@@ -194,6 +194,7 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   const Allowed allowed =
       AllowedErrors(mode, step, {x_size, guard_size}, {step.x_noise, step.guard_noise}, magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
+  step.guard_allowed = allowed.guard;
   if (step.error_ratio > 1) SetLayerLengths(mode, solution.layer_parts, allowed, step);
   step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(step.guard_tail);
   if (gap) {

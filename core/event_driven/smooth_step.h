@@ -42,6 +42,7 @@ struct SmoothStep {
   // How far below zero a guard must fall to end the mode: a millionth of the tolerance relative to its size on this
   // step, but at least its rounding and its estimated error.
   Vector guard_level;
+  Vector guard_allowed;  // the error of each guard that the tolerance allows, and its rounding
   // The largest ratio of estimated error to allowed error, over all components of x and of the guards; the
   // step is accurate where it is at most 1. Errors fall with the power K of the length.
   double error_ratio = 0;

@@ -182,6 +182,56 @@ TEST(NetlistTest, ASwitchKeepsItsStateInTheHysteresisWhateverElseTurns) {
   }
 }
 
+// Open switches of 1 Mohm beside closed ones of 1 ohm: voltages are what is left of terms 1e12 times their size.
+TEST(NetlistTest, PassesHysteresisWhereLargeTermsCancel) {
+  const std::string switches =
+      "V1 n1 0 PULSE(-5 10 0 5u 5u 300u 700u)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nS1 n2 n1 g 0 SX\n"
+      "L1 n3 n2 0.0004331\nS2 0 n3 g 0 SX\nRk2 n2 0 10k\nRk3 n3 0 10k\nRc0 n3 c0 1k\nSc0 n2 0 c0 0 SH0\n"
+      ".model SH0 SW(RON=1 ROFF=1Meg VT=-1.64 VH=0.71)\nRc1 n3 c1 1k\nBc1 o1 0 V = limit(33.2*V(c1),-3,3)\n"
+      "Ro1 o1 n2 330\n.model SX SW(RON=1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3)\n";
+  const auto by_switches = Solved(switches, "--at 5e-4,1e-3,1.5e-3,1.9e-3");
+  // By ngspice with steps of 20 ns.
+  constexpr double kSwitches[] = {-2.81319, 4.83517, 1.10788e-5, -2.81319};
+  const std::string capacitors =
+      "V1 n1 0 SIN(0 10 1k)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nC1 n3 n2 7.587e-06\nS1 n3 n1 g 0 SX\n"
+      "Rk2 n2 0 100k\nRk3 n3 0 100k\nRc0 n3 c0 1k\nCc0 c0 0 10n\nRc1 n3 c1 1k\nCc1 c1 0 10n\n"
+      "Sc1 n2 0 c1 0 SH1\n.model SH1 SW(RON=1 ROFF=1Meg VT=-1.8 VH=0.833)\n"
+      ".model SX SW(RON=1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3)\n";
+  const auto by_capacitors = Solved(capacitors, "--at 5e-4,1e-3,1.5e-3,1.9e-3");
+  constexpr double kCapacitors[] = {2.104881, -1.49707, 5.000244, -8.68589};
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(by_switches["outputs"]["v(n2)"][k].get<double>(), kSwitches[k], 5e-4);
+    EXPECT_NEAR(by_capacitors["outputs"]["v(n3)"][k].get<double>(), kCapacitors[k], 5e-3);
+  }
+  const std::string circuits[] = {
+      "V1 n1 0 SIN(2 8 3k 0 0 30)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nD1 n2 0 DX\nC1 n3 n1 5.019e-06\n"
+      "S1 n1 n2 g 0 SX\nC2 n2 n3 4.103e-07\nC3 n3 n1 5.586e-06\nCc0 c0 0 100n\nSc0 n3 0 c0 0 SH0\n"
+      ".model SH0 SW(RON=1 ROFF=1Meg VT=0.0987 VH=0.374)\n.model DX D(VFWD=0.7 RON=0.02)\n"
+      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3)\n",
+      "V1 n1 0 SIN(0 10 1k)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nD2 n4 0 DX\nD3 n2 n4 DX\nD5 0 n3 DX\n"
+      "S1 n1 n3 g 0 SX\nL4 n3 n2 0.0002967\nRk4 n4 0 10k\nRc0 n4 c0 1k\nSc0 n3 0 c0 0 SH0\n"
+      ".model SH0 SW(RON=1 ROFF=1Meg VT=-0.375 VH=0.278)\nRc1 n3 c1 1k\nCc1 c1 0 100n\n"
+      ".model DX D(VFWD=0.5 RON=0.02)\n.model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n"
+      ".print v(n2) v(n3)\n",
+      "V1 n1 0 SIN(0 10 1k)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nD1 n2 0 DX\nD2 n3 n2 DX\nS1 n4 n1 g 0 SX\n"
+      "D3 n5 n4 DX\nC1 n4 n3 3.787e-08\nR1 n5 n4 365.2\nR2 n4 n2 678.1\nS2 n3 n5 g 0 SX\nR3 n2 n4 10.83\n"
+      "D4 n2 n3 DX\nC2 0 n4 3.959e-08\nR4 n2 n1 3.806\nD5 n5 n4 DX\nD6 n3 n5 DX\nC3 n2 n4 3.634e-06\n"
+      "L1 n2 0 0.0001574\nRk2 n2 0 10k\nRk3 n3 0 10k\nRk4 n4 0 100k\nRk5 n5 0 10k\nRc0 n3 c0 1k\nCc0 c0 0 10n\n"
+      "Sc0 n2 0 c0 0 SH0\n.model SH0 SW(RON=1 ROFF=1Meg VT=0.5 VH=0.494)\nRc1 n4 c1 1k\nCc1 c1 0 100n\n"
+      "Bc1 o1 0 V = limit(48.6*V(c1),-3,3)\nRo1 o1 n2 330\n.model DX D(VFWD=0.01 RON=0.02)\n"
+      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4) v(n5)\n"};
+  for (const std::string& circuit : circuits) {
+    const auto coarse = Solved(circuit, "--tolerance 1e-5 --at 1e-3,2e-3");
+    const auto fine = Solved(circuit, "--tolerance 1e-9 --at 1e-3,2e-3");
+    for (const char* node : {"v(n2)", "v(n3)"}) {
+      for (std::size_t k = 0; k < 2; ++k) {
+        const double voltage = fine["outputs"][node][k];
+        EXPECT_NEAR(coarse["outputs"][node][k].get<double>(), voltage, 1e-4) << circuit;
+      }
+    }
+  }
+}
+
 TEST(NetlistTest, SaysWhatSlides) {
   // The switch would keep the capacitor at its threshold, which 10 V over 1 kohm reach after RC ln(10/7).
   const std::string circuit = "V1 in 0 10\nR1 in a 1k\nC1 a 0 1u\nS1 a b a 0 SX\nR2 b 0 100\n.tran 10u 5m uic\n";
