@@ -223,9 +223,10 @@ bool EventDrivenLoop::IsStuck() {
 // Proposes the next mode that y is determined in.
 EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
   bool lost_least_element = false;
-  while (attempt_ < kAttempts) {
+  while (attempt_ < kAttempts || StartBelow()) {
+    const bool trusts_guess = may_start_below_ && attempt_ % 2 == 0;
     const ModeSearch::Proposal proposal =
-        search_.Find(t_, x_, magnitudes_.x_noise, SizesSoFar(), length_, end - t_, attempt_++);
+        search_.Find(t_, x_, magnitudes_.x_noise, SizesSoFar(), length_, end - t_, attempt_++, trusts_guess);
     const bool solved = proposal.verdict == LcpStatus::kSolved;
     lost_least_element = lost_least_element || (solved && !proposal.kept_selection);
     mode_ = proposal.kept_selection ? proposal.mode : nullptr;
@@ -253,11 +254,15 @@ EventDrivenLoop::Progressed EventDrivenLoop::GiveUpMode(const char* why) {
   mode_ = nullptr;
   if (event_step_ && RefineEvent()) return Progressed::kYes;
   why_coupled_ = why;
-  if (attempt_ < kAttempts) return Progressed::kYes;
-  if (context_.selection != Selection::kHistory || may_start_below_) return Progressed::kNoMode;
+  return attempt_ < kAttempts || StartBelow() ? Progressed::kYes : Progressed::kNoMode;
+}
+
+// Once all proposals failed: the same again, with LetStartBelow(). Not where first-order steps may pass an event.
+bool EventDrivenLoop::StartBelow() {
+  if (context_.selection != Selection::kHistory || may_start_below_) return false;
   may_start_below_ = true;
   attempt_ = 0;
-  return Progressed::kYes;
+  return true;
 }
 
 // Locates the last event once more, by steps that end there: at its end a step is far more accurate than inside. A fast
@@ -318,14 +323,16 @@ bool EventDrivenLoop::FallsFromZero(const ModeEnd& mode_end) const {
   return begin < level / 16 && series.dot(LegendreValues((mode_end.s - 1) / 2)) < begin - level / 4;
 }
 
-// Lets guards start below zero by the error that is allowed of them, if they rise at once. Where no first-order step
-// may pass an event, this does: errors of large terms of a guard may be more than its level.
+// Lets guards start below zero by the error that is allowed of them or a few levels, if they rise at once. Where no
+// first-order step may pass an event, this does: errors of large terms of a guard may be more than its level.
 void EventDrivenLoop::LetStartBelow() {
+  constexpr double kLevels = 64;
   const Vector begin = ValueOf(step_.guard, LegendreValues(-1));
   const Vector slope = ValueOf(step_.guard, LegendreSlopes(LegendreValues(-1)));
   for (Index i = 0; i < begin.size(); ++i) {
-    const bool is_allowed = begin[i] < 0 && begin[i] >= -step_.guard_allowed[i] && slope[i] > 0;
-    if (is_allowed) step_.guard_level[i] = std::max(step_.guard_level[i], -2 * begin[i]);
+    const double allowed = std::max(step_.guard_allowed[i], kLevels * step_.guard_level[i]);
+    if (begin[i] < 0 && begin[i] >= -allowed && slope[i] > 0)
+      step_.guard_level[i] = std::max(step_.guard_level[i], -2 * begin[i]);
   }
 }
 

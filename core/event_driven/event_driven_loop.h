@@ -68,6 +68,7 @@ class EventDrivenLoop {
   double Shortest(double part_of_horizon, double part_of_rate) const;
   double ShortestMode() const;
   bool FallsFromZero(const ModeEnd& mode_end) const;
+  bool StartBelow();
   void LetStartBelow();
   bool StartsBelowByTruncation(Index guard) const;
   double Share(double length) const;  // the part of the tolerance for a step of this length

@@ -88,9 +88,15 @@ double ModeSearch::StepOf(double t, double scale, double longest, int attempt) c
 }
 
 ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise,
-                                      const DataSizes& sizes, double scale, double longest, int attempt) {
+                                      const DataSizes& sizes, double scale, double longest, int attempt,
+                                      bool trusts_guess) {
   Proposal proposal;
   if (!free_) return proposal;
+  if (trusts_guess && !guess_.empty()) {
+    proposal.verdict = LcpStatus::kSolved;
+    proposal.mode = ModeOf(IndicesOf(guess_), sizes);
+    if (proposal.mode) return proposal;
+  }
   const double h = StepOf(t, scale, longest, attempt);
   const LookAhead& look = look_aheads_.At(h);
   sources_.F(t, Side::kRight, f_begin_);

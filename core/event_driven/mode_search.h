@@ -41,10 +41,11 @@ class ModeSearch {
   // `longest` the time to the next break point. Each `attempt` in 0 ... kAttempts - 1 uses another h: first shorter
   // ones, for modes that end soon, down to those of the fastest states, then longer ones, to skip modes that are
   // shorter than rounding. The LCP starts from the last active set or from that of GuessAfter(). `sizes` are those of
-  // the states so far and of the sources.
+  // the states so far and of the sources. With `trusts_guess` the active set of GuessAfter() is proposed as it is, if
+  // there is one: where numbers at an event are rounding, the LCP has no say.
   static constexpr int kAttempts = 8;
   Proposal Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise, const DataSizes& sizes,
-                double scale, double longest, int attempt);
+                double scale, double longest, int attempt, bool trusts_guess);
 
   // The next search starts from the active set of `mode` with `guard`, the index whose guard ended it, added or
   // removed. If the numbers at an event are as small as the rounding of the LCP, this guess is accepted as the

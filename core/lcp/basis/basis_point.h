@@ -61,6 +61,7 @@ class BasisPoint {
   const std::vector<Index>& indices() const { return factor_.indices(); }  // S, increasing
   double y(Index position) const { return y_[position]; }                  // y of indices()[position], scaled
   double w(Index i) const { return w_[i]; }                                // scaled
+  bool is_positive(Index i) const { return w_[i] > allowed_[i]; }          // w_i, beyond rounding
   // Whether setting y_j = `value` to zero changes every w_i by no more than is allowed.
   bool Negligible(const ScaledLcp& lcp, Index j, double value);
 

@@ -54,12 +54,14 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
   }
   const auto is_solution = [&] { return point_.Compute(lcp_, basis) && point_.solved(); };
   if (is_solution()) {
+    DropIdle(basis);
     point_.Write(lcp_, y);
     return LcpStatus::kSolved;
   }
   start_ = basis;
   if (!blocks_.empty()) {
     if (SolveBlocks(basis) && is_solution() && !IsBetween(basis)) {
+      DropIdle(basis);
       point_.Write(lcp_, y);
       return LcpStatus::kSolved;
     }
@@ -79,11 +81,31 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
     return false;
   };
   if (follow(0) || IsOnlyOne(basis) || follow(1.0 / 1024) || follow(1)) {
+    DropIdle(basis);
     point_.Write(lcp_, y);
     return LcpStatus::kSolved;
   }
   message_ = "the path from the solution before does not end in another one";
   return end == LemkeEnd::kPivotLimit ? LcpStatus::kPivotLimit : LcpStatus::kRay;
+}
+
+// Leaves out pairs whose y is zero, if one of them has w > 0: the basis is a solution only because rounding was cut,
+// and that pair is not active. Keeps the basis of point_ where what is left is none.
+void HistorySolver::DropIdle(Basis& basis) {
+  Basis busy = basis;
+  bool is_idle = false;
+  const std::vector<Index>& S = point_.indices();
+  for (std::size_t p = 0; p < S.size(); ++p) {
+    if (point_.y(static_cast<Index>(p)) != 0) continue;
+    busy[static_cast<std::size_t>(S[p])] = 0;
+    is_idle = is_idle || point_.is_positive(S[p]);
+  }
+  if (!is_idle) return;
+  if (point_.Compute(lcp_, busy) && point_.solved()) {
+    basis = busy;
+  } else {
+    point_.Compute(lcp_, basis);
+  }
 }
 
 // Whether a block that may fold has changed its basis, although its previous one would solve it with the other blocks

@@ -40,6 +40,7 @@ class HistorySolver final : public LcpSolver {
   std::unique_ptr<LcpSolver> Clone() const override { return std::make_unique<HistorySolver>(*this); }
 
  private:
+  void DropIdle(Basis& basis);
   bool SolveBlocks(Basis& basis);
   bool IsBetween(const Basis& basis) const;
   bool LeavesWithoutNeed(const Basis& basis);

@@ -219,14 +219,35 @@ TEST(NetlistTest, PassesHysteresisWhereLargeTermsCancel) {
       "L1 n2 0 0.0001574\nRk2 n2 0 10k\nRk3 n3 0 10k\nRk4 n4 0 100k\nRk5 n5 0 10k\nRc0 n3 c0 1k\nCc0 c0 0 10n\n"
       "Sc0 n2 0 c0 0 SH0\n.model SH0 SW(RON=1 ROFF=1Meg VT=0.5 VH=0.494)\nRc1 n4 c1 1k\nCc1 c1 0 100n\n"
       "Bc1 o1 0 V = limit(48.6*V(c1),-3,3)\nRo1 o1 n2 330\n.model DX D(VFWD=0.01 RON=0.02)\n"
-      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4) v(n5)\n"};
+      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4) v(n5)\n",
+      "V1 n1 0 PULSE(-5 10 0 5u 5u 300u 700u)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nL1 n2 0 0.001412\n"
+      "D1 n3 n1 DX\nS1 n4 n3 g 0 SX\nD2 n3 n2 DX\nL2 n3 0 5.036e-05\nC1 n4 n2 3.537e-08\nS2 n2 n1 g 0 SX\n"
+      "Rk2 n2 0 10k\nRk3 n3 0 100k\nRk4 n4 0 100k\nK1 L1 L2 0.89\nRc0 n3 c0 1k\nCc0 c0 0 10n\n"
+      "Bc0 o0 0 V = V(c0) > -0.984 ? 4 : -2\nRo0 o0 n2 330\n.model DX D(VFWD=0.5 RON=0.1)\n"
+      ".model SX SW(RON=1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4)\n",
+      "V1 n1 0 PULSE(-5 10 0 5u 5u 300u 700u)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nD1 n2 n1 DX\n"
+      "S1 n3 n2 g 0 SX\nR1 n4 n3 75.82\nL1 n3 n2 0.009207\nC1 n2 n3 2.606e-06\nS2 n2 n3 g 0 SX\n"
+      "R2 n3 n4 823.7\nS3 n1 n3 g 0 SX\nS4 n1 n3 g 0 SX\nD2 0 n3 DX\nRk2 n2 0 100k\nRk3 n3 0 100k\n"
+      "Rk4 n4 0 100k\nRc0 n2 c0 1k\nCc0 c0 0 100n\nSc0 n3 0 c0 0 SH0\n"
+      ".model SH0 SW(RON=1 ROFF=1Meg VT=0.108 VH=0.453)\n.model DX D(VFWD=0.5 RON=0.02)\n"
+      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4)\n",
+      "V1 n1 0 SIN(2 8 3k 0 0 30)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nS1 n2 0 g 0 SX\nL1 n3 n1 0.001001\n"
+      "R1 n4 n1 136.6\nR2 n5 0 253.8\nD1 n2 n1 DX\nD2 n1 n5 DX\nC1 n5 n3 5.52e-08\nR3 n3 n2 2.234\nD3 0 n2 DX\n"
+      "D4 n1 n4 DX\nR4 n4 n1 5.797\nS2 0 n3 g 0 SX\nRk2 n2 0 100k\nRk3 n3 0 100k\nRk4 n4 0 100k\nRk5 n5 0 10k\n"
+      "E1 e 0 n5 0 -2.33\nRe e n2 470\nRc0 n5 c0 1k\nCc0 c0 0 100n\nBc0 o0 0 V = limit(21*V(c0),-3,3)\n"
+      "Ro0 o0 n4 330\nRc1 n4 c1 1k\nCc1 c1 0 10n\nSc1 n3 0 c1 0 SH1\n"
+      ".model SH1 SW(RON=1 ROFF=1Meg VT=-0.834 VH=0.572)\n.model DX D(VFWD=0.7 RON=0.02)\n"
+      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4) v(n5)\n",
+      "V1 n1 0 SIN(2 8 3k 0 0 30)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nR1 n2 n1 10.37\nR2 n1 n2 190.9\n"
+      "S1 n2 0 g 0 SX\nL1 0 n2 0.001007\nRk2 n2 0 10k\nRc0 n1 c0 1k\nCc0 c0 0 10n\nSc0 n2 0 c0 0 SH0\n"
+      ".model SH0 SW(RON=1 ROFF=1Meg VT=0.184 VH=0.119)\n.model DX D(VFWD=0.5 RON=1)\n"
+      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2)\n"};
   for (const std::string& circuit : circuits) {
     const auto coarse = Solved(circuit, "--tolerance 1e-5 --at 1e-3,2e-3");
-    const auto fine = Solved(circuit, "--tolerance 1e-9 --at 1e-3,2e-3");
-    for (const char* node : {"v(n2)", "v(n3)"}) {
+    const auto fine = Solved(circuit, "--tolerance 1e-8 --at 1e-3,2e-3");
+    for (const auto& [name, values] : fine["outputs"].items()) {
       for (std::size_t k = 0; k < 2; ++k) {
-        const double voltage = fine["outputs"][node][k];
-        EXPECT_NEAR(coarse["outputs"][node][k].get<double>(), voltage, 1e-4) << circuit;
+        EXPECT_NEAR(coarse["outputs"][name][k].get<double>(), values[k].get<double>(), 1e-4) << name << "\n" << circuit;
       }
     }
   }
