@@ -188,6 +188,7 @@ ComponentErrors SwitchChanges(const Solution& solution, const Problem& problem, 
   const Vector memory = MemoryOf(problem);
   Vector x = Vector::Zero(problem.num_states());
   auto limit = solution.left_limits.begin();
+  bool switched_before = false;
   for (Index k = 1; k < solution.y.cols(); ++k) {
     const double begin = solution.times[static_cast<std::size_t>(k) - 1];
     const double end = solution.times[static_cast<std::size_t>(k)];
@@ -195,7 +196,9 @@ ComponentErrors SwitchChanges(const Solution& solution, const Problem& problem, 
     const auto before = solution.y.col(k - 1);
     const bool jumps = limit != solution.left_limits.end() && limit->column == k;
     const Vector after = jumps ? limit->y : Vector(solution.y.col(k));
-    if (((before.array() > 0) == (after.array() > 0)).all()) continue;
+    const bool switches = !((before.array() > 0) == (after.array() > 0)).all();
+    const bool settles = std::exchange(switched_before, switches);
+    if (!switches && !settles) continue;
     const double step = std::min(end - begin, solution.step);
     x = x.cwiseMax((problem.B * Vector(after - before)).cwiseAbs().cwiseProduct(memory.cwiseMin(step)));
   }

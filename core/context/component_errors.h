@@ -49,9 +49,9 @@ ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const P
                                    const ComponentSizes& sizes, double apart = 0);
 ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const ComponentSizes& sizes);
 
-// For the steps in which a pair switches: the largest change of (B y)_i from node to node times the length of the step,
-// or times the memory of x_i where that is shorter. Relative to the sizes of x. Cost: a product with B for each such
-// step.
+// For the steps in which a pair switches, and for those after them, in which y settles: the largest change of (B y)_i
+// from node to node times the length of the step, or times the memory of x_i where that is shorter. Relative to the
+// sizes of x. Cost: a product with B for each such step.
 ComponentErrors SwitchChanges(const Solution& solution, const Problem& problem, const ComponentSizes& sizes);
 
 // Each difference relative to its size. If the size is no more than rounding: 0 if the difference is no more either,
