@@ -214,10 +214,13 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
                        return errors;
                      },
                  .unresolved = UnresolvedSourcesOf(task.problem),
-                 .fits = {}},
-      .at_switches = [&task, y_counts](const Solution& solution) {
-        return SwitchChanges(solution, task.problem, SizesOf(task.problem, solution, y_counts));
-      }};
+                 .fits = {}}};
+  // In a sparse A a state forgets in less time than its diagonal entry says, so this would be far too large.
+  if (task.problem.A.is_dense()) {
+    system.at_switches = [&task, y_counts](const Solution& solution) {
+      return SwitchChanges(solution, task.problem, SizesOf(task.problem, solution, y_counts));
+    };
+  }
   // Other forms of A have set-ups of their own, too dear for this.
   if (!task.plan.propagator.system) {
     system.trials.solve_rounded = [&task](const Grid& grid, double ulps) {

@@ -21,7 +21,6 @@ std::string FaultOfName(const std::string& name) {
   if (name.size() > kMaxNameBytes) {
     return std::to_string(name.size()) + " bytes; at most " + std::to_string(kMaxNameBytes) + " are allowed";
   }
-  if (name == "t") return "\"t\"; is the name of time in every table; choose another name";
   const bool has_control = std::any_of(name.begin(), name.end(), [](char c) {
     return static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) == 0x7f;
   });

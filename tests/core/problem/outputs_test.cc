@@ -39,8 +39,6 @@ TEST(OutputsTest, AreCheckedWithTheProblem) {
   EXPECT_THAT(Fields(problem), ElementsAre("outputs.names[1]"));
   problem.outputs.names = {"", "a\nb"};
   EXPECT_THAT(Fields(problem), ElementsAre("outputs.names[0]", "outputs.names[1]"));
-  problem.outputs.names = {"t", "a\nb"};
-  EXPECT_THAT(Fields(problem), ElementsAre("outputs.names[0]", "outputs.names[1]"));
   problem = WithOutputs();
   problem.outputs.C = Matrix::Ones(2, 3);
   problem.outputs.D(1, 0) = std::numeric_limits<double>::quiet_NaN();
