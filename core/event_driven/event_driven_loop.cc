@@ -223,7 +223,7 @@ bool EventDrivenLoop::IsStuck() {
 // Proposes the next mode that y is determined in.
 EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
   bool lost_least_element = false;
-  while (attempt_ < kAttempts || StartBelow()) {
+  while (attempt_ < kAttempts || TryAgainFromBelow()) {
     const bool trusts_guess = may_start_below_ && attempt_ % 2 == 0;
     const ModeSearch::Proposal proposal =
         search_.Find(t_, x_, magnitudes_.x_noise, SizesSoFar(), length_, end - t_, attempt_++, trusts_guess);
@@ -254,11 +254,12 @@ EventDrivenLoop::Progressed EventDrivenLoop::GiveUpMode(const char* why) {
   mode_ = nullptr;
   if (event_step_ && RefineEvent()) return Progressed::kYes;
   why_coupled_ = why;
-  return attempt_ < kAttempts || StartBelow() ? Progressed::kYes : Progressed::kNoMode;
+  return attempt_ < kAttempts || TryAgainFromBelow() ? Progressed::kYes : Progressed::kNoMode;
 }
 
-// Once all proposals failed: the same again, with LetStartBelow(). Not where first-order steps may pass an event.
-bool EventDrivenLoop::StartBelow() {
+// Once all proposals failed: starts the attempts again, with LetStartBelow(). Only with the rule history, where no
+// first-order steps may pass an event. False if there is nothing left to try.
+bool EventDrivenLoop::TryAgainFromBelow() {
   if (context_.selection != Selection::kHistory || may_start_below_) return false;
   may_start_below_ = true;
   attempt_ = 0;
@@ -323,8 +324,8 @@ bool EventDrivenLoop::FallsFromZero(const ModeEnd& mode_end) const {
   return begin < level / 16 && series.dot(LegendreValues((mode_end.s - 1) / 2)) < begin - level / 4;
 }
 
-// Lets guards start below zero by the error that is allowed of them or a few levels, if they rise at once. Where no
-// first-order step may pass an event, this does: errors of large terms of a guard may be more than its level.
+// Lets guards start below zero by the error that is allowed of them or by kLevels levels, if they rise at once: errors
+// of large terms of a guard may be more than its level.
 void EventDrivenLoop::LetStartBelow() {
   constexpr double kLevels = 64;
   const Vector begin = ValueOf(step_.guard, LegendreValues(-1));

@@ -68,7 +68,7 @@ class EventDrivenLoop {
   double Shortest(double part_of_horizon, double part_of_rate) const;
   double ShortestMode() const;
   bool FallsFromZero(const ModeEnd& mode_end) const;
-  bool StartBelow();
+  bool TryAgainFromBelow();
   void LetStartBelow();
   bool StartsBelowByTruncation(Index guard) const;
   double Share(double length) const;  // the part of the tolerance for a step of this length
@@ -96,7 +96,7 @@ class EventDrivenLoop {
   DataSizes sizes_;  // known before the solve
   const Mode* mode_ = nullptr;
   int attempt_ = 0;
-  bool may_start_below_ = false;  // no attempt was successful without
+  bool may_start_below_ = false;  // since all attempts without failed
   double length_ = 0;             // the last length that the tolerance allowed
   int short_modes_ = 0;           // in a row
   double mode_begin_ = 0;
