@@ -182,6 +182,18 @@ double SourceSampler::WhereTheyMeet(double begin, double from, double to, double
   return from + part * (to - from);
 }
 
+bool SourceSampler::GJumps(double time, const Vector& allowed) {
+  constexpr double kRoundingOfTime = 4 * std::numeric_limits<double>::epsilon();
+  const Index n = sources_.num_constraints();
+  Vector before(n), left(n), right(n), behind(n);
+  G(time * (1 - kRoundingOfTime), Side::kRight, before);
+  G(time, Side::kLeft, left);
+  G(time, Side::kRight, right);
+  G(time * (1 + kRoundingOfTime), Side::kLeft, behind);
+  const Vector noise = (left - before).cwiseAbs() + (behind - right).cwiseAbs();
+  return ((right - left).array().abs() > allowed.array() + noise.array()).any();
+}
+
 void SourceSampler::MoveCheck(double s, StepSources& step) {
   const double t = step.begin + step.length * (1 + s) / 2;
   step.check_s = s;

@@ -57,6 +57,10 @@ class SourceSampler {
   void F(double t, Side side, Eigen::Ref<Vector> value) { sources_.F(Beside(t, side), side, value); }
   void G(double t, Side side, Eigen::Ref<Vector> value) { sources_.G(Beside(t, side), side, value); }
 
+  // Whether some g_i jumps at `time` by more than `allowed` of it and than what the rounding of `time` makes of it,
+  // which is much where g is steep.
+  bool GJumps(double time, const Vector& allowed);
+
   Index evaluations() const { return evaluations_; }  // number of times at which f and g were evaluated
 
  private:

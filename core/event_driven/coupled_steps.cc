@@ -2,14 +2,22 @@
 
 #include "core/event_driven/coupled_steps.h"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
+
+#include "core/event_driven/step_length.h"
+#include "core/linalg/norms.h"
 
 namespace dlcs {
 
 CoupledSteps::CoupledSteps(const Problem& problem, Selection selection, SourceSampler& sources)
-    : problem_(problem), sources_(sources), steppers_([&problem, selection](double step) {
+    : problem_(problem),
+      sources_(sources),
+      steppers_([&problem, selection](double step) {
         return std::make_unique<Stepper>(problem, ExponentialPiecewiseConstant(problem, step), selection);
-      }) {
+      }),
+      shortest_(1e-12 * problem.horizon) {
   segment_.steps = 1;
   segment_.f.resize(problem.num_states(), 2);
   segment_.x.resize(problem.num_states(), 2);
@@ -17,16 +25,53 @@ CoupledSteps::CoupledSteps(const Problem& problem, Selection selection, SourceSa
   segment_.y = Matrix::Zero(problem.num_constraints(), 2);
 }
 
-CoupledSteps::Step CoupledSteps::Take(double begin, double end, double length, const Eigen::Ref<const Vector>& x) {
+void CoupledSteps::BeginBurst(double t, double scale) {
+  if (steps_ == 0) first_ = t;
+  if (burst_ == 1) length_ = std::max(shortest_, std::min(scale, 1e3 * shortest_));
+}
+
+bool CoupledSteps::AreHopeless(double t) const {
+  constexpr Index kEnoughToKnow = kMost / 10;
+  if (steps_ < kEnoughToKnow) return false;
+  return (problem_.horizon - first_) * static_cast<double>(steps_) > kMost * (t - first_);
+}
+
+CoupledSteps::Step CoupledSteps::Take(double begin, double limit, const Eigen::Ref<const Vector>& x,
+                                      const Vector& sizes, double tolerance) {
+  const double allowed = tolerance * static_cast<double>(burst_) * static_cast<double>(burst_);
+  for (;;) {
+    const double power = std::ldexp(1.0, std::ilogb(length_));
+    const double length = std::min(power, limit - begin);
+    const double end = length == limit - begin ? limit : begin + length;
+    Step step = TakeHalves(begin, end, length, x);
+    if (step.verdict != LcpStatus::kSolved || !step.kept_selection) return step;
+    const Vector magnitude = sizes.cwiseMax(step.x.cwiseAbs());
+    const auto ratio_of = [&](const Vector& error, double of_magnitude) {
+      return (error.array() / (of_magnitude * magnitude.array() + step.noise.array() + 1e-300)).maxCoeff();
+    };
+    const double share = ShareOfTolerance(length, problem_.horizon);
+    const double ratio = NanMax(ratio_of(step.error, allowed * share), ratio_of(step.inside, allowed));
+    if (ratio <= 1 || length <= shortest_) {
+      if (ratio < 0.2) length_ = 2 * length;
+      ++steps_;
+      return step;
+    }
+    length_ = length / 2;
+  }
+}
+
+CoupledSteps::Step CoupledSteps::TakeHalves(double begin, double end, double length,
+                                            const Eigen::Ref<const Vector>& x) {
   const double middle = begin + length / 2;
   Step step;
-  step.verdict = TakeSteps(begin, end, length, x);
+  step.end = end;
+  step.verdict = TakeStep(begin, end, length, x);
   if (step.verdict != LcpStatus::kSolved) return step;
   const Vector coarse = segment_.x.col(1);
-  step.verdict = TakeSteps(begin, middle, length / 2, x);
+  step.verdict = TakeStep(begin, middle, length / 2, x);
   if (step.verdict != LcpStatus::kSolved) return step;
   const Vector x_middle = segment_.x.col(1);
-  step.verdict = TakeSteps(middle, end, length / 2, x_middle);
+  step.verdict = TakeStep(middle, end, length / 2, x_middle);
   step.kept_selection = departures_.steps_off_selection == 0;
   step.x = segment_.x.col(1);
   step.y = segment_.y.col(1);
@@ -40,7 +85,7 @@ CoupledSteps::Step CoupledSteps::Take(double begin, double end, double length, c
   return step;
 }
 
-LcpStatus CoupledSteps::TakeSteps(double begin, double end, double length, const Eigen::Ref<const Vector>& x) {
+LcpStatus CoupledSteps::TakeStep(double begin, double end, double length, const Eigen::Ref<const Vector>& x) {
   segment_.step = length;
   sources_.F(begin, Side::kRight, segment_.f.col(0));
   sources_.F(end, Side::kLeft, segment_.f.col(1));

@@ -14,10 +14,12 @@
 #include "core/event_driven/error_growth.h"
 #include "core/event_driven/event_output.h"
 #include "core/event_driven/event_record.h"
-#include "core/event_driven/first_crossing.h"
 #include "core/event_driven/flow_derivative.h"
+#include "core/event_driven/mode_end.h"
 #include "core/event_driven/mode_search.h"
+#include "core/event_driven/sizes.h"
 #include "core/event_driven/smooth_step.h"
+#include "core/event_driven/step_length.h"
 
 namespace dlcs {
 
@@ -42,36 +44,21 @@ class EventDrivenLoop {
   bool Cross(double end);
   Progressed Choose(double end);
   Progressed Advance(double end);
-  bool AreCoupledStepsHopeless() const;
-  bool TakeCoupledSteps(double end);
-  void BeginWith(const Mode& mode);
-
-  DataSizes SizesOfData();
-  DataSizes SizesSoFar() const;
+  Progressed Repeat(double length);
+  void Accept(double end, double s_end);
+  Progressed EndMode(const ModeEnd& mode_end, double end);
   Progressed GiveUpMode(const char* why);
+  bool TryAgainFromBelow();
   bool RefineEvent();
-  Progressed FailNonFinite(double step_end);
-  Progressed Shorten(double length);
+  bool TakeCoupledSteps(double end);
+
   bool PassKink();
-  bool SourceJumps(double time, double part);
   bool IsStuck();
   bool IsBeyondWork() const;
-  Progressed EndMode(const ModeEnd& mode_end, double end);
-  void RaiseReach();
-  bool Project();
-  Dip MissedDip(Index guard, double error, double s_end) const;
-  ErrorGrowth::Overlooked Overlooked(double s_end, double duration) const;
-  void Accept(double end, double s_end);
+  Progressed FailNonFinite(double step_end);
+  DataSizes SizesSoFar() const;
   void NoteInterval(double end, const Mode* mode);
   void Record(const EventOutput::SmoothInterval& interval);
-  double StepLength(double end) const;
-  double Shortest(double part_of_horizon, double part_of_rate) const;
-  double ShortestMode() const;
-  bool FallsFromZero(const ModeEnd& mode_end) const;
-  bool TryAgainFromBelow();
-  void LetStartBelow();
-  bool StartsBelowByTruncation(Index guard) const;
-  double Share(double length) const;  // the part of the tolerance for a step of this length
 
   SolveContext& context_;
   const Problem& problem_;
@@ -97,10 +84,9 @@ class EventDrivenLoop {
   const Mode* mode_ = nullptr;
   int attempt_ = 0;
   bool may_start_below_ = false;  // since all attempts without failed
-  double length_ = 0;             // the last length that the tolerance allowed
-  int short_modes_ = 0;           // in a row
+  StepLength length_;
+  int short_modes_ = 0;  // in a row
   double mode_begin_ = 0;
-  double last_mode_length_ = 0;
   std::optional<EventGap> gap_;  // after an event
   // The step that an event ended, until a mode lasts after it.
   struct EventStep {
@@ -112,14 +98,8 @@ class EventDrivenLoop {
   };
   std::optional<EventStep> event_step_;
   std::optional<double> kink_;  // the next time at which a source is not smooth although it is no break point
-  int rejected_in_a_row_ = 0;
-  double rejected_ratio_ = 0;  // SmoothStep::error_ratio of the last rejected step
-  int of_one_length_ = 0;      // steps in a row that found no reason to grow
-  Index tries_ = 0;            // since `tries_from_`
+  Index tries_ = 0;             // since `tries_from_`
   double tries_from_ = 0;
-  Index burst_ = 1;  // number of coupled steps to take before the next search for a mode
-  double coupled_length_ = 0;
-  double first_coupled_ = 0;  // where the first of them began
   std::string why_coupled_;
   StepSources sources_;
   SmoothStep step_;

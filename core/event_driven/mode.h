@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/event_driven/sizes.h"
 #include "core/linalg/pencil_form.h"
 #include "core/problem/problem.h"
 #include "core/types.h"
@@ -65,14 +66,6 @@ struct Mode {
   bool is_explicit() const { return E.size() == 0; }
   auto algebraic_rows() const { return F.bottomRows(num_algebraic); }
   auto algebraic_g() const { return source_g.bottomRows(num_algebraic); }
-};
-
-// Sizes of states and sources, to compare the terms of equations by: largest absolute values, only their orders of
-// magnitude matter.
-struct DataSizes {
-  Vector x;
-  Vector f;
-  Vector g;
 };
 
 class ModeMaker {

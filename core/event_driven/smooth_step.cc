@@ -230,32 +230,28 @@ double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, cons
   return ErrorRatio(step, AllowedErrors(mode, step, size, noise, magnitudes, tolerance, share));
 }
 
-namespace {
-
-// The zero of the series a little before `s`, where it is -level and falling; `s` itself where it only grazes
-// zero.
-double ZeroBefore(const LegendreVector& series, double s, double level) {
-  const LegendreVector slope = DerivativeOf(series);
-  double zero = s;
-  for (int iteration = 0; iteration < 3; ++iteration) {
-    const LegendreVector at = LegendreValues(zero);
-    const double next = zero - series.dot(at) / slope.dot(at);
-    if (!(next >= -1 && next <= s)) return s;
-    zero = next;
+bool Project(const Mode& mode, const StepSources& sources, double tolerance, Magnitudes& magnitudes, Vector& x) {
+  constexpr double kRoundingOfTerms = 64 * kUnit;  // nothing is known of a residual that is not larger
+  constexpr double kHarmless = 1e-12;              // corrections of this part of their terms are always allowed
+  if (mode.num_algebraic == 0) return true;
+  const Vector g = ValueOf(sources.g, LegendreValues(-1));
+  const Matrix of_g = mode.algebraic_g();
+  const Vector residual = mode.algebraic_rows() * x + of_g * g;
+  const Vector size = mode.algebraic_rows().cwiseAbs() * x.cwiseAbs() + of_g.cwiseAbs() * g.cwiseAbs();
+  const Vector rounding = kRoundingOfTerms * size + of_g.cwiseAbs() * sources.g_noise;
+  const Vector change = mode.correction * residual;
+  if ((residual.array().abs() <= rounding.array()).all()) {
+    // Where rounding moves slow states off a constraint, fast states make up for it at once.
+    magnitudes.x_noise = magnitudes.x_noise.cwiseMax(change.cwiseAbs());
+    magnitudes.rounding.col(2) = change;
+    return true;
   }
-  return std::abs(series.dot(LegendreValues(zero))) < level / 16 ? zero : s;
-}
-
-}  // namespace
-
-std::optional<ModeEnd> FindModeEnd(const SmoothStep& step) {
-  std::optional<ModeEnd> end;
-  for (Index i = 0; i < step.guard.rows(); ++i) {
-    const auto s = FirstCrossing(step.guard.row(i).transpose(), step.guard_level[i], end ? end->s : 1);
-    if (s && (!end || *s < end->s)) end = {*s, i};
-  }
-  if (end) end->s = ZeroBefore(step.guard.row(end->guard).transpose(), end->s, step.guard_level[end->guard]);
-  return end;
+  const Vector terms = mode.correction.cwiseAbs() * size;
+  const Vector allowed = tolerance * magnitudes.x + kHarmless * terms + magnitudes.x_noise;
+  if ((change.array().abs() > allowed.array()).any()) return false;
+  x -= change;
+  magnitudes.x_noise += change.cwiseAbs().cwiseMin(mode.correction.cwiseAbs() * rounding);
+  return true;
 }
 
 }  // namespace dlcs

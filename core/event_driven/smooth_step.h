@@ -1,38 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// One step inside a mode, with its estimated error and the time at which the mode ends.
+// One step inside a mode, with its estimated error.
 
 #ifndef DLCS_CORE_EVENT_DRIVEN_SMOOTH_STEP_H_
 #define DLCS_CORE_EVENT_DRIVEN_SMOOTH_STEP_H_
 
 #include <limits>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "core/discretization/step_sources.h"
 #include "core/event_driven/mode.h"
 #include "core/event_driven/mode_step.h"
+#include "core/event_driven/sizes.h"
 
 namespace dlcs {
-
-// The sizes that errors are compared with: the largest values of each component so far. Components have units
-// of their own.
-struct Magnitudes {
-  Vector x;
-  Vector y;
-  Vector w;
-  // The size that x may reach in a short time, in the units of each component. A component that starts at zero and
-  // grows like a high power of time has no relative accuracy at first: errors below a tiny part of this size are
-  // accepted.
-  Vector x_reach;
-  Vector By, g;  // if y is a Lipschitz function of x
-  // The rounding error of x on the step before. In a fast state it decays at once, in a boundary layer that does not
-  // count as an error.
-  Vector x_noise;
-  // m × 3: rounding errors at the end of that step for two choices of signs, since they may cancel in a guard; and that
-  // of the constraints at the start of this one.
-  Matrix rounding;
-};
 
 // x, y and the guards of `mode` on a step, as polynomials in s.
 struct SmoothStep {
@@ -92,12 +73,10 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
 double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, const Magnitudes& magnitudes,
                         double tolerance, double share);
 
-// The first time that a guard of the step falls below its level.
-struct ModeEnd {
-  double s = 1;
-  Index guard = 0;
-};
-std::optional<ModeEnd> FindModeEnd(const SmoothStep& step);
+// Projects `x` onto the constraints that the mode imposes on the state at the begin of the step of `sources`: rounding,
+// or an error of an earlier step, may have moved it off them. Returns false, and changes nothing, if it is farther off
+// than the tolerance allows.
+bool Project(const Mode& mode, const StepSources& sources, double tolerance, Magnitudes& magnitudes, Vector& x);
 
 }  // namespace dlcs
 

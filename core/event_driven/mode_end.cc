@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/event_driven/mode_end.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/event_driven/first_crossing.h"
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+// The zero of the series a little before `s`, where it is -level and falling; `s` itself where it only grazes
+// zero.
+double ZeroBefore(const LegendreVector& series, double s, double level) {
+  const LegendreVector slope = DerivativeOf(series);
+  double zero = s;
+  for (int iteration = 0; iteration < 3; ++iteration) {
+    const LegendreVector at = LegendreValues(zero);
+    const double next = zero - series.dot(at) / slope.dot(at);
+    if (!(next >= -1 && next <= s)) return s;
+    zero = next;
+  }
+  return std::abs(series.dot(LegendreValues(zero))) < level / 16 ? zero : s;
+}
+
+double ValueAtBegin(const SmoothStep& step, Index guard) { return step.guard.row(guard).dot(LegendreValues(-1)); }
+
+// The part of a guard that is below zero but above its level, or that may be: where the guard comes nearer to zero than
+// `error`, an event may have been missed.
+Dip MissedDip(const SmoothStep& step, Index guard, double error, double s_end) {
+  constexpr double kOfNoise = 1.0 / 16;  // which is a bound
+  const LegendreVector series = step.guard.row(guard).transpose();
+  const double noise = step.guard_noise[guard];
+  Dip dip = DipBelowZero(series, kOfNoise * noise, s_end);
+  if (!(error > noise)) return dip;
+  const auto minimum = LowestMinimum(series, s_end);
+  if (!minimum || minimum->value >= error) return dip;
+  const double depth = error - std::max(minimum->value, 0.0);
+  const double half_width = std::min(1.0, std::sqrt(2 * depth / minimum->curvature));
+  dip.depth = NanMax(dip.depth, depth);
+  dip.mean = NanMax(dip.mean, 4.0 / 3 * depth * half_width / (1 + s_end));  // of a parabola
+  return dip;
+}
+
+}  // namespace
+
+std::optional<ModeEnd> FindModeEnd(const SmoothStep& step) {
+  std::optional<ModeEnd> end;
+  for (Index i = 0; i < step.guard.rows(); ++i) {
+    const auto s = FirstCrossing(step.guard.row(i).transpose(), step.guard_level[i], end ? end->s : 1);
+    if (s && (!end || *s < end->s)) end = {*s, i};
+  }
+  if (end) end->s = ZeroBefore(step.guard.row(end->guard).transpose(), end->s, step.guard_level[end->guard]);
+  return end;
+}
+
+bool FallsFromZero(const SmoothStep& step, const ModeEnd& end) {
+  const double level = step.guard_level[end.guard], begin = ValueAtBegin(step, end.guard);
+  const double between = step.guard.row(end.guard).dot(LegendreValues((end.s - 1) / 2));
+  return begin < level / 16 && between < begin - level / 4;
+}
+
+bool StartsBelowByTruncation(const SmoothStep& step, Index guard) {
+  constexpr double kOfTail = 8;
+  const double tail = step.guard_tail[guard], begin = ValueAtBegin(step, guard);
+  return tail > 4 * step.guard_noise[guard] && begin < 0 && begin > -kOfTail * tail;
+}
+
+void LetRisingGuardsStartBelow(SmoothStep& step) {
+  constexpr double kLevels = 64;
+  const Vector begin = ValueOf(step.guard, LegendreValues(-1));
+  const Vector slope = ValueOf(step.guard, LegendreSlopes(LegendreValues(-1)));
+  for (Index i = 0; i < begin.size(); ++i) {
+    const double allowed = std::max(step.guard_allowed[i], kLevels * step.guard_level[i]);
+    if (begin[i] < 0 && begin[i] >= -allowed && slope[i] > 0)
+      step.guard_level[i] = std::max(step.guard_level[i], -2 * begin[i]);
+  }
+}
+
+ErrorGrowth::Overlooked OverlookedEvents(const Problem& problem, const SmoothStep& step, const Vector& error_of_state,
+                                         double s_end, double duration) {
+  const Matrix &B = problem.B.Dense(), &N = problem.N.Dense(), &M = problem.M.Dense();
+  const Mode& mode = step.stepper->mode();
+  const Vector no_state = Vector::Zero(problem.num_states());
+  ErrorGrowth::Overlooked overlooked{no_state, no_state, Vector::Zero(problem.num_constraints())};
+  const Vector error = step.guard_error + error_of_state;
+  for (Index i = 0; i < step.guard.rows(); ++i) {
+    const Dip dip = MissedDip(step, i, error[i], s_end);
+    if (dip.depth == 0) continue;
+    const double moves = std::abs(N.row(i).dot(B.col(i)));  // w_i by y_i, a unit of time
+    if (std::binary_search(mode.active.begin(), mode.active.end(), i)) {
+      overlooked.slope += dip.mean * B.col(i).cwiseAbs();
+    } else if (M(i, i) > 0) {
+      overlooked.slope += dip.mean / M(i, i) * B.col(i).cwiseAbs();
+      overlooked.y[i] = dip.depth / M(i, i);
+    } else if (moves > 0) {
+      overlooked.x += dip.depth / moves * B.col(i).cwiseAbs();
+    }
+  }
+  if (!mode.is_explicit()) {
+    const Vector settles = problem.A.Dense().diagonal().cwiseAbs().cwiseInverse();
+    overlooked.x += overlooked.slope.cwiseProduct(settles.cwiseMin(duration));
+  }
+  return overlooked;
+}
+
+}  // namespace dlcs
