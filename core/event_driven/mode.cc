@@ -173,6 +173,118 @@ RowCombination CombineDependentRows(const std::vector<Index>& own, const std::ve
   return combination;
 }
 
+// The factors of y_S, row.asDiagonal() · of_y · column.asDiagonal(), in units in which their sizes can be compared.
+struct ScaledFactors {
+  Vector row, column;
+  Matrix matrix;
+};
+
+// Each equation relative to its other terms.
+ScaledFactors ScaleFactors(const ModeEquations& equations, const DataSizes& sizes, double horizon) {
+  constexpr double kPreferred = 4096;  // the rows of M_SS, which keep the equations of the states as they are
+  constexpr double kFirst = 0x1p200;   // above all others
+  const Index m = equations.of_x.cols(), k = equations.of_y.cols();
+  const Vector terms = equations.of_x.cwiseAbs() * sizes.x + equations.of_g.cwiseAbs() * sizes.g +
+                       equations.slope.cwiseAbs() * (sizes.f + sizes.x / horizon);
+  const auto inverse = [](double size) { return 1 / PowerOfTwo(size); };
+  ScaledFactors scaled;
+  scaled.row = terms.unaryExpr(inverse);
+  scaled.row.tail(k) *= kPreferred;
+  // y that sources alone determine, such as the current that an open switch allows, is exactly theirs: by another row
+  // it would be a difference of large terms.
+  for (Index i = m; i < m + k; ++i) {
+    const auto factors = equations.of_y.row(i);
+    if (equations.of_x.row(i).isZero(0) && (factors.array() != 0).count() == 1)
+      scaled.row[i] = kFirst / factors.cwiseAbs().maxCoeff();
+  }
+  scaled.column = RowMaxAbs((scaled.row.asDiagonal() * equations.of_y).transpose()).unaryExpr(inverse);
+  scaled.matrix = scaled.row.asDiagonal() * equations.of_y * scaled.column.asDiagonal();
+  return scaled;
+}
+
+// The rows that determine y_S, and those that remain; both increase.
+struct PivotRows {
+  std::vector<Index> pivots, others;
+};
+
+// By complete pivoting. Absent where rounding is all that is left of a row: it does not determine y_S.
+std::optional<PivotRows> ChoosePivots(const Matrix& factors) {
+  const Eigen::FullPivLU<Matrix> lu(factors);
+  const Index k = factors.cols();
+  PivotRows rows{std::vector<Index>(static_cast<std::size_t>(k)), {}};
+  for (Index i = 0; i < factors.rows(); ++i) {
+    const Index position = lu.permutationP().indices()[i];
+    if (position < k) {
+      rows.pivots[static_cast<std::size_t>(position)] = i;
+    } else {
+      rows.others.push_back(i);
+    }
+  }
+  for (Index p = 0; p < k; ++p) {
+    const double size = factors.row(rows.pivots[static_cast<std::size_t>(p)]).cwiseAbs().maxCoeff();
+    if (!(std::abs(lu.matrixLU()(p, p)) > kSingular * size)) return std::nullopt;
+  }
+  std::sort(rows.pivots.begin(), rows.pivots.end());
+  return rows;
+}
+
+// How the rows that remain become free of y_S: some are combined first, then `factors` times the pivots are subtracted.
+struct PivotElimination {
+  Matrix factors;
+  RowCombination combination;
+  std::vector<Index> order;  // of the results: differential equations, then algebraic ones
+  Index num_algebraic = 0;
+
+  // What it leaves of a matrix with a row for each equation, ...
+  Matrix Rest(const Matrix& rows, const PivotRows& chosen) const {
+    const Matrix left = Combined(rows(chosen.others, Eigen::all), combination.rows, combination.steps);
+    return Matrix(left - factors * rows(chosen.pivots, Eigen::all))(order, Eigen::all);
+  }
+  // ... and the sums of the absolute values of the terms of that.
+  Matrix TermsOfRest(const Matrix& rows, const PivotRows& chosen) const {
+    const Matrix left =
+        Combined(rows(chosen.others, Eigen::all).cwiseAbs(), combination.rows, combination.steps.cwiseAbs());
+    return Matrix(left + factors.cwiseAbs() * rows(chosen.pivots, Eigen::all).cwiseAbs())(order, Eigen::all);
+  }
+};
+
+// `inverse`: that of the pivots of `scaled`. The first rows are the differential equations, as many as others remain.
+PivotElimination EliminatePivots(const ScaledFactors& scaled, const PivotRows& chosen, const Matrix& inverse) {
+  const auto& [pivots, others] = chosen;
+  const Index m = static_cast<Index>(others.size()), k = static_cast<Index>(pivots.size());
+  const Matrix of_others = scaled.matrix(others, Eigen::all);
+  PivotElimination elimination;
+  Matrix& factors = elimination.factors;
+  factors = RefinedQuotient(of_others, scaled.matrix(pivots, Eigen::all), inverse);
+  const Matrix summed = of_others.cwiseAbs() * inverse.cwiseAbs();
+  std::vector<Index> own, driving;  // rows of M_SS among the others, differential equations among the pivots
+  for (Index i = 0; i < m; ++i) {
+    if (others[static_cast<std::size_t>(i)] >= m) own.push_back(i);
+  }
+  for (Index p = 0; p < k && pivots[static_cast<std::size_t>(p)] < m; ++p) driving.push_back(p);
+  // What M_SS leaves of differential equations in its own rows where it is singular is rounding.
+  for (const Index i : own) {
+    for (const Index p : driving) {
+      if (std::abs(factors(i, p)) <= kSingular * summed(i, p)) factors(i, p) = 0;
+    }
+  }
+  elimination.combination = CombineDependentRows(own, driving, summed, factors);
+  std::vector<Index> algebraic;
+  for (Index i = 0; i < m; ++i) {
+    const bool has_slope = others[static_cast<std::size_t>(i)] < m || (factors(i, driving).array() != 0).any();
+    (has_slope ? elimination.order : algebraic).push_back(i);
+  }
+  elimination.order.insert(elimination.order.end(), algebraic.begin(), algebraic.end());
+  elimination.num_algebraic = static_cast<Index>(algebraic.size());
+  // From scaled rows to those of the equations.
+  const Vector scale_of_pivots = scaled.row(pivots), scale_of_others = scaled.row(others);
+  factors = scale_of_others.cwiseInverse().asDiagonal() * factors * scale_of_pivots.asDiagonal();
+  const Vector combined = scale_of_others(elimination.combination.rows);
+  Matrix& steps = elimination.combination.steps;
+  steps = combined.cwiseInverse().asDiagonal() * steps * combined.asDiagonal();
+  return elimination;
+}
+
 std::vector<std::complex<double>> Eigenvalues(const PencilForm& form) {
   constexpr double kUndetermined = 64 * std::numeric_limits<double>::epsilon();
   const Index m = form.triangle.rows();
@@ -223,104 +335,51 @@ ModeMaker::ModeMaker(const Problem& problem)
   for (Index k = 0; k < units_.size(); ++k) units_[balanced.order[k]] = std::ldexp(1.0, balanced.exponents[k]);
 }
 
-// Gaussian elimination of y_S with complete pivoting, each equation relative to the size of its other terms. False
-// where y_S is not determined; `mode` has no E yet where its pivots are the rows of M_SS.
-bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
-  constexpr double kPreferred = 4096;  // the rows of M_SS, which keep the equations of the states as they are
-  constexpr double kFirst = 0x1p200;   // above all others
-  const std::vector<Index>& S = mode.active;
+ModeEquations ModeMaker::EquationsOf(const std::vector<Index>& S) const {
   const Index m = problem_.num_states(), n = problem_.num_constraints(), k = static_cast<Index>(S.size());
-  if (k == 0) return SubstituteMultipliers(problem_, mode);
-  // slope · (x' - f) = of_x x + of_y y + of_g g.
-  Matrix slope(m + k, m), of_x(m + k, m), of_y(m + k, k), of_g(m + k, n);
-  slope << rows_, Matrix::Zero(k, m);
-  of_x << rows_A_, problem_.N.Dense()(S, Eigen::all);
-  of_y << rows_B_(Eigen::all, S), problem_.M.Dense()(S, S);
-  of_g << Matrix::Zero(m, n), ColumnsOfIdentity(n, S).transpose();
-  const Vector terms =
-      of_x.cwiseAbs() * sizes.x + of_g.cwiseAbs() * sizes.g + slope.cwiseAbs() * (sizes.f + sizes.x / problem_.horizon);
-  Vector scale = terms.unaryExpr([](double size) { return 1 / PowerOfTwo(size); });
-  scale.tail(k) *= kPreferred;
-  // y that sources alone determine, such as the current that an open switch allows, is exactly theirs: by another row
-  // it would be a difference of large terms.
-  for (Index p = 0; p < k; ++p) {
-    const auto row = of_y.row(m + p);
-    if (of_x.row(m + p).isZero(0) && (row.array() != 0).count() == 1) scale[m + p] = kFirst / row.cwiseAbs().maxCoeff();
-  }
-  const Vector of_columns =
-      RowMaxAbs((scale.asDiagonal() * of_y).transpose()).unaryExpr([](double size) { return 1 / PowerOfTwo(size); });
-  const Matrix scaled = scale.asDiagonal() * of_y * of_columns.asDiagonal();
-  const Eigen::FullPivLU<Matrix> lu(scaled);
-  std::vector<Index> pivots(static_cast<std::size_t>(k)), others;
-  for (Index i = 0; i < m + k; ++i) {
-    const Index position = lu.permutationP().indices()[i];
-    if (position < k) {
-      pivots[static_cast<std::size_t>(position)] = i;
-    } else {
-      others.push_back(i);
-    }
-  }
-  // What is left of a row may be its rounding.
-  for (Index p = 0; p < k; ++p) {
-    const double size = scaled.row(pivots[static_cast<std::size_t>(p)]).cwiseAbs().maxCoeff();
-    if (!(std::abs(lu.matrixLU()(p, p)) > kSingular * size)) return false;
-  }
-  std::sort(pivots.begin(), pivots.end());
+  ModeEquations equations{Matrix(m + k, m), Matrix(m + k, m), Matrix(m + k, k), Matrix(m + k, n)};
+  equations.slope << rows_, Matrix::Zero(k, m);
+  equations.of_x << rows_A_, problem_.N.Dense()(S, Eigen::all);
+  equations.of_y << rows_B_(Eigen::all, S), problem_.M.Dense()(S, S);
+  equations.of_g << Matrix::Zero(m, n), ColumnsOfIdentity(n, S).transpose();
+  return equations;
+}
+
+// Gaussian elimination of y_S with complete pivoting, each equation relative to the size of its other terms. False
+// where y_S is not determined; `mode` has no E where its pivots are the rows of M_SS.
+bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
+  const std::vector<Index>& S = mode.active;
+  const Index m = problem_.num_states(), n = problem_.num_constraints();
+  if (S.empty()) return SubstituteMultipliers(problem_, mode);
+  const ModeEquations equations = EquationsOf(S);
+  const ScaledFactors scaled = ScaleFactors(equations, sizes, problem_.horizon);
+  const auto chosen = ChoosePivots(scaled.matrix);
+  if (!chosen) return false;
+  const std::vector<Index>&pivots = chosen->pivots, &others = chosen->others;
   if (pivots.front() >= m && SubstituteMultipliers(problem_, mode)) return true;
 
-  Matrix inverse = RefinedInverse(scaled(pivots, Eigen::all));
-  ClearStructuralZeros(scaled(pivots, Eigen::all), inverse);
-  Matrix factors = RefinedQuotient(scaled(others, Eigen::all), scaled(pivots, Eigen::all), inverse);
-  const Matrix summed = scaled(others, Eigen::all).cwiseAbs() * inverse.cwiseAbs();
-  // What M_SS leaves of differential equations in its own rows where it is singular is rounding.
-  std::vector<Index> own, driving;  // rows of M_SS among the others, differential equations among the pivots
-  for (Index i = 0; i < m; ++i) {
-    if (others[static_cast<std::size_t>(i)] >= m) own.push_back(i);
-  }
-  for (Index p = 0; p < k && pivots[static_cast<std::size_t>(p)] < m; ++p) driving.push_back(p);
-  for (const Index i : own) {
-    for (const Index p : driving) {
-      if (std::abs(factors(i, p)) <= kSingular * summed(i, p)) factors(i, p) = 0;
-    }
-  }
-  const RowCombination combination = CombineDependentRows(own, driving, summed, factors);
-  std::vector<Index> differential, algebraic;
-  for (Index i = 0; i < m; ++i) {
-    const bool has_slope = others[static_cast<std::size_t>(i)] < m || (factors(i, driving).array() != 0).any();
-    (has_slope ? differential : algebraic).push_back(i);
-  }
-  const Vector scale_of_pivots = scale(pivots), scale_of_others = scale(others);
-  factors = scale_of_others.cwiseInverse().asDiagonal() * factors * scale_of_pivots.asDiagonal();
-  const Vector scale_of_combined = scale_of_others(combination.rows);
-  const Matrix steps =
-      scale_of_combined.cwiseInverse().asDiagonal() * combination.steps * scale_of_combined.asDiagonal();
-  std::vector<Index> order = differential;
-  order.insert(order.end(), algebraic.begin(), algebraic.end());
-  const auto eliminated = [&](const Matrix& rows) {
-    const Matrix left = Combined(rows(others, Eigen::all), combination.rows, steps);
-    return Matrix(Matrix(left - factors * rows(pivots, Eigen::all))(order, Eigen::all));
-  };
-  const auto terms_of = [&](const Matrix& rows) {
-    const Matrix left = Combined(rows(others, Eigen::all).cwiseAbs(), combination.rows, steps.cwiseAbs());
-    return Matrix(Matrix(left + factors.cwiseAbs() * rows(pivots, Eigen::all).cwiseAbs())(order, Eigen::all));
-  };
-  mode.num_algebraic = static_cast<Index>(algebraic.size());
+  Matrix inverse = RefinedInverse(scaled.matrix(pivots, Eigen::all));
+  ClearStructuralZeros(scaled.matrix(pivots, Eigen::all), inverse);
+  const PivotElimination elimination = EliminatePivots(scaled, *chosen, inverse);
+  mode.num_algebraic = elimination.num_algebraic;
   mode.row_of_state.assign(static_cast<std::size_t>(m), -1);
   for (Index row = 0; row < m; ++row) {
-    const Index i = others[static_cast<std::size_t>(order[static_cast<std::size_t>(row)])];
+    const Index i = others[static_cast<std::size_t>(elimination.order[static_cast<std::size_t>(row)])];
     if (i < m) mode.row_of_state[static_cast<std::size_t>(i)] = row;
   }
-  mode.E = eliminated(slope);
-  mode.F = eliminated(of_x);
-  mode.source_g = eliminated(of_g);
-  mode.E_terms = terms_of(slope);
-  mode.F_terms = terms_of(of_x);
+  mode.E = elimination.Rest(equations.slope, *chosen);
+  mode.F = elimination.Rest(equations.of_x, *chosen);
+  mode.source_g = elimination.Rest(equations.of_g, *chosen);
+  mode.E_terms = elimination.TermsOfRest(equations.slope, *chosen);
+  mode.F_terms = elimination.TermsOfRest(equations.of_x, *chosen);
 
-  const Matrix solve = -(ColumnsOfIdentity(n, S) * (of_columns.asDiagonal() * inverse * scale_of_pivots.asDiagonal()));
-  mode.y.state = solve * of_x(pivots, Eigen::all);
-  mode.y.slope = -(solve * slope(pivots, Eigen::all));
+  const Vector scale_of_pivots = scaled.row(pivots);
+  const Matrix solve =
+      -(ColumnsOfIdentity(n, S) * (scaled.column.asDiagonal() * inverse * scale_of_pivots.asDiagonal()));
+  mode.y.state = solve * equations.of_x(pivots, Eigen::all);
+  mode.y.slope = -(solve * equations.slope(pivots, Eigen::all));
   mode.y.f = -mode.y.slope;
-  mode.y.g = solve * of_g(pivots, Eigen::all);
+  mode.y.g = solve * equations.of_g(pivots, Eigen::all);
 
   Matrix nonsingular = mode.E;
   nonsingular.bottomRows(mode.num_algebraic) = mode.algebraic_rows();

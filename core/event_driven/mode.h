@@ -68,6 +68,11 @@ struct Mode {
   auto algebraic_g() const { return source_g.bottomRows(num_algebraic); }
 };
 
+// The equations slope · (x' - f) = of_x x + of_y y_S + of_g g: first those of the states, then 0 = w_S.
+struct ModeEquations {
+  Matrix slope, of_x, of_y, of_g;
+};
+
 class ModeMaker {
  public:
   // Keeps a reference.
@@ -78,6 +83,7 @@ class ModeMaker {
   std::unique_ptr<Mode> Make(std::vector<Index> active, const DataSizes& sizes) const;
 
  private:
+  ModeEquations EquationsOf(const std::vector<Index>& S) const;
   bool Eliminate(const DataSizes& sizes, Mode& mode) const;
 
   const Problem& problem_;

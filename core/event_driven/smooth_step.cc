@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "core/event_driven/error_growth.h"
-#include "core/event_driven/first_crossing.h"
 #include "core/linalg/abs_times.h"
 #include "core/linalg/norms.h"
 
@@ -20,13 +19,7 @@ constexpr double kRounding = 64 * kUnit;
 constexpr double kRoundingOfValues = 16 * kUnit;
 // The part of that which one coefficient may hold.
 constexpr double kOfCoefficient = 1.0 / 8;
-// The rounding error of a coefficient is less than so many times what one more correction changes.
-constexpr double kOfShown = 8;
-// A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the step: where
-// modes accumulate, all sizes are small. A smaller violation is a negligible error.
-constexpr double kLevelPart = 1e-6;
-// The noise of x' is that of single roundings.
-constexpr double kOfSlopes = 16;
+
 LegendreSeries Output(const LinearOutput& output, const ModeStepper::Solution& solution, const StepSources& sources) {
   LegendreSeries series = Apply(output.state, solution.x);
   if (output.g.size() > 0) series += Apply(output.g, sources.g);
@@ -117,6 +110,117 @@ void SetLayerLengths(const Mode& mode, const Eigen::VectorXcd& parts, const Allo
   }
 }
 
+// Estimates the errors of a step from its polynomials: of the equations, of the states, then of the guards, in this
+// order.
+class StepErrors {
+ public:
+  // Keeps references. `step` has x, y, guard and stepper.
+  StepErrors(const Mode& mode, const StepSources& sources, const Magnitudes& magnitudes,
+             const ModeStepper::Solution& solution, SmoothStep& step)
+      : mode_(mode),
+        sources_(sources),
+        magnitudes_(magnitudes),
+        solution_(solution),
+        step_(step),
+        x_size_(SizeOf(step.x)),
+        slope_size_(mode.is_explicit() ? Vector() : SizeOf(solution.slope)) {}
+
+  // `size_of_source` bounds the source of each equation, and its rounding.
+  void OfRows(const Vector& size_of_source);
+  void OfStates();
+  void OfGuards(const Vector& lift);
+
+  const Vector& x_size() const { return x_size_; }
+
+ private:
+  const Mode& mode_;
+  const StepSources& sources_;
+  const Magnitudes& magnitudes_;
+  const ModeStepper::Solution& solution_;
+  SmoothStep& step_;
+  Vector x_size_, slope_size_, rows_size_;
+  Matrix of_rounding_;     // Answers() to rounding
+  Vector x_coefficients_;  // what rounding may be of one coefficient of x
+};
+
+void StepErrors::OfRows(const Vector& size_of_source) {
+  rows_size_ = AbsTimes(mode_.F, x_size_) + size_of_source;
+  step_.row_noise = mode_.F_terms * x_size_ + size_of_source;
+  step_.slope_size = step_.row_noise;
+  if (!mode_.is_explicit()) {
+    rows_size_ += AbsTimes(mode_.E, slope_size_);
+    step_.row_noise += mode_.E_terms * slope_size_;
+    step_.slope_size = slope_size_ + AbsTimes(mode_.dynamics, x_size_);
+  }
+  step_.row_noise *= kUnit;
+  step_.row_error = InRows(mode_, sources_.f_error, sources_.g_error);
+}
+
+void StepErrors::OfStates() {
+  // The rounding error of a coefficient is less than so many times what one more correction changes.
+  constexpr double kOfShown = 8;
+  const auto is_stiff = solution_.stiffness.array() > ModeStepper::Solution::kForgets;
+  // Rounding as the equations respond to it: with pseudo-random signs, which may cancel in a guard by chance, and once
+  // more with one sign.
+  const Index m = x_size_.size();
+  const Vector signs = SignsOfRounding(m);
+  Matrix start(m, 2), source(m, 2);
+  start << signs.cwiseProduct(x_size_), x_size_;
+  source << signs.cwiseProduct(rows_size_), rows_size_;
+  of_rounding_ = kRounding * Answers(*step_.stepper, start, source);
+  step_.x_rounding = kRounding * x_size_ + RowMaxAbs(of_rounding_.leftCols(kAnswers));
+  step_.rounding_at_end = of_rounding_(Eigen::all, Eigen::seqN(kAnswers - 1, 2, kAnswers));
+  step_.x_noise = is_stiff.select(step_.x_rounding + magnitudes_.x_noise, step_.x_rounding);
+  // That is an upper bound, with which a stiff row may hide a boundary layer: what rounding there is shows.
+  x_coefficients_ = kOfCoefficient * step_.x_noise.cwiseProduct(solution_.stiffness.cwiseMax(1));
+  const Vector shown = kOfShown * (kUnit * x_size_ + solution_.last_noise) + magnitudes_.x_noise;
+  x_coefficients_ = is_stiff.select(x_coefficients_.cwiseMin(shown), x_coefficients_);
+  step_.x_tail = EstimateTail(step_.x, x_coefficients_);
+  step_.x_error = step_.x_tail + solution_.uncertainty + (solution_.kept_layer - x_coefficients_).cwiseMax(0);
+  if ((step_.row_error.array() != 0).any()) {
+    step_.x_error += RowMaxAbs(Answers(*step_.stepper, Vector::Zero(m), signs.cwiseProduct(step_.row_error)));
+  }
+}
+
+// `lift`: what the layers that were subtracted add to the guards at the start.
+void StepErrors::OfGuards(const Vector& lift) {
+  constexpr double kOfSlopes = 16;  // the noise of x' is that of single roundings
+  const LinearOutput& guard = mode_.guard;
+  step_.guard_terms = Size(guard, x_size_, slope_size_, sources_.f_size, sources_.g_size);
+  Vector& noise = step_.guard_noise;
+  noise = kRounding * step_.guard_terms;
+  if (guard.g.size() > 0) noise += AbsTimes(guard.g, sources_.g_noise);
+  if (guard.f.size() > 0) noise += AbsTimes(guard.f, sources_.f_noise);
+  if (guard.slope.size() > 0) noise += kOfSlopes * AbsTimes(guard.slope, solution_.slope_noise);
+  const Vector coefficients = kOfCoefficient * noise + AbsTimes(guard.state, x_coefficients_);
+  // Where a guard is a small difference of states, such as the voltage of a high resistance between inductors, what
+  // rounding does to them mostly cancels.
+  noise += kRounding * AbsTimes(guard.state, x_size_) + RowMaxAbs(Matrix(guard.state * of_rounding_));
+  if (solution_.IsStiff()) noise += RowMaxAbs(Matrix(guard.state * magnitudes_.rounding));
+  step_.guard_tail = EstimateTail(step_.guard, coefficients);
+  step_.guard_error = step_.guard_tail + lift.cwiseAbs() + AbsTimes(guard.g, sources_.g_error);
+  if (guard.f.size() > 0) step_.guard_error += AbsTimes(guard.f, sources_.f_error);
+}
+
+// The levels of the guards. `lift` as above; `gap` as in TakeSmoothStep().
+Vector GuardLevels(const Mode& mode, const SmoothStep& step, const Vector& guard_size, double tolerance,
+                   const EventGap* gap, const Vector& lift) {
+  // A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the step:
+  // where modes accumulate, all sizes are small. A smaller violation is a negligible error.
+  constexpr double kLevelPart = 1e-6;
+  Vector levels = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(step.guard_tail);
+  if (gap) {
+    const Vector slope = mode.guard.slope.size() > 0 ? AbsTimes(mode.dynamics, gap->x) : Vector();
+    levels += Size(mode.guard, gap->x, slope, gap->f, gap->g);
+  }
+  // A guard that a layer lifts from zero: at the start the polynomials already are what follows the layer.
+  const Vector at_start = ValueOf(step.guard, LegendreValues(-1));
+  for (Index i = 0; i < at_start.size(); ++i) {
+    if (at_start[i] < -levels[i] && at_start[i] + lift[i] >= -levels[i]) levels[i] -= at_start[i];
+  }
+  return levels;
+}
+
 }  // namespace
 
 Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s) {
@@ -142,75 +246,21 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   step.guard = Output(mode.guard, solution, sources);
   step.x = std::move(solution.x);
 
-  const Vector x_size = SizeOf(step.x);
-  const Vector slope_size = mode.is_explicit() ? Vector() : SizeOf(solution.slope);
-  const Vector of_sources = RowMaxAbs(b) + 1 / kUnit * noise_of_sources;
-  Vector rows_size = AbsTimes(mode.F, x_size) + of_sources;
-  step.row_noise = mode.F_terms * x_size + of_sources;
-  step.slope_size = step.row_noise;
-  if (!mode.is_explicit()) {
-    rows_size += AbsTimes(mode.E, slope_size);
-    step.row_noise += mode.E_terms * slope_size;
-    step.slope_size = slope_size + AbsTimes(mode.dynamics, x_size);
-  }
-  step.row_noise *= kUnit;
-  step.row_error = InRows(mode, sources.f_error, sources.g_error);
-  const auto is_stiff = solution.stiffness.array() > ModeStepper::Solution::kForgets;
-  // Rounding as the equations answer to it; its signs are as good as any.
-  const Vector signs = SignsOfRounding(x_size.size());
-  // These signs may cancel in a guard by chance: once more with one sign.
-  Matrix start_of_rounding(x_size.size(), 2), source_of_rounding(x_size.size(), 2);
-  start_of_rounding << signs.cwiseProduct(x_size), x_size;
-  source_of_rounding << signs.cwiseProduct(rows_size), rows_size;
-  const Matrix answers = kRounding * Answers(*step.stepper, start_of_rounding, source_of_rounding);
-  step.x_rounding = kRounding * x_size + RowMaxAbs(answers.leftCols(kAnswers));
-  step.rounding_at_end = answers(Eigen::all, Eigen::seqN(kAnswers - 1, 2, kAnswers));
-  step.x_noise = is_stiff.select(step.x_rounding + magnitudes.x_noise, step.x_rounding);
-  Vector x_coefficients = kOfCoefficient * step.x_noise.cwiseProduct(solution.stiffness.cwiseMax(1));
-  // That is an upper bound, with which a stiff row may hide a boundary layer: what rounding there is shows.
-  const Vector shown = kOfShown * (kUnit * x_size + solution.last_noise) + magnitudes.x_noise;
-  x_coefficients = is_stiff.select(x_coefficients.cwiseMin(shown), x_coefficients);
-  step.x_tail = EstimateTail(step.x, x_coefficients);
-  step.x_error = step.x_tail + solution.uncertainty + (solution.kept_layer - x_coefficients).cwiseMax(0);
-  if ((step.row_error.array() != 0).any()) {
-    step.x_error += RowMaxAbs(Answers(*step.stepper, Vector::Zero(x_size.size()), signs.cwiseProduct(step.row_error)));
-  }
-
-  step.guard_terms = Size(mode.guard, x_size, slope_size, sources.f_size, sources.g_size);
-  step.guard_noise = kRounding * step.guard_terms;
-  if (mode.guard.g.size() > 0) step.guard_noise += AbsTimes(mode.guard.g, sources.g_noise);
-  if (mode.guard.f.size() > 0) step.guard_noise += AbsTimes(mode.guard.f, sources.f_noise);
-  if (mode.guard.slope.size() > 0) step.guard_noise += kOfSlopes * AbsTimes(mode.guard.slope, solution.slope_noise);
-  const Vector guard_coefficients = kOfCoefficient * step.guard_noise + AbsTimes(mode.guard.state, x_coefficients);
-  // Where a guard tells small differences of states, as the voltage of a high resistance does of inductors that share
-  // it, what rounding does to them mostly cancels.
-  step.guard_noise += kRounding * AbsTimes(mode.guard.state, x_size) + RowMaxAbs(Matrix(mode.guard.state * answers));
-  if (solution.IsStiff()) step.guard_noise += RowMaxAbs(Matrix(mode.guard.state * magnitudes.rounding));
-  step.guard_tail = EstimateTail(step.guard, guard_coefficients);
+  StepErrors errors(mode, sources, magnitudes, solution, step);
+  errors.OfRows(RowMaxAbs(b) + 1 / kUnit * noise_of_sources);
+  errors.OfStates();
+  Vector lift = 2 * mode.guard.state * solution.layer;
+  errors.OfGuards(lift);
   const Vector guard_size = SizeOf(step.guard);
-  Vector lift = 2 * mode.guard.state * solution.layer;  // what the layer adds to the guards at the start
-  step.guard_error = step.guard_tail + lift.cwiseAbs() + AbsTimes(mode.guard.g, sources.g_error);
-  if (mode.guard.f.size() > 0) step.guard_error += AbsTimes(mode.guard.f, sources.f_error);
-  const Allowed allowed =
-      AllowedErrors(mode, step, {x_size, guard_size}, {step.x_noise, step.guard_noise}, magnitudes, tolerance, share);
+  const Allowed allowed = AllowedErrors(mode, step, {errors.x_size(), guard_size}, {step.x_noise, step.guard_noise},
+                                        magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
   step.guard_allowed = allowed.guard;
   if (step.error_ratio > 1) SetLayerLengths(mode, solution.layer_parts, allowed, step);
-  step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(step.guard_tail);
-  if (gap) {
-    const Vector slope = mode.guard.slope.size() > 0 ? AbsTimes(mode.dynamics, gap->x) : Vector();
-    step.guard_level += Size(mode.guard, gap->x, slope, gap->f, gap->g);
-  }
-  // A guard that a layer lifts from zero: at the start the polynomials already are what follows the layer.
   constexpr double kOfLayer = 1e-3;  // the slopes of a layer are no better known
   if (mode.guard.slope.size() > 0) lift += 2 * mode.guard.slope * (mode.dynamics * solution.layer);
   lift += kOfLayer * lift.cwiseAbs();
-  const Vector at_start = ValueOf(step.guard, LegendreValues(-1));
-  for (Index i = 0; i < at_start.size(); ++i) {
-    if (at_start[i] < -step.guard_level[i] && at_start[i] + lift[i] >= -step.guard_level[i]) {
-      step.guard_level[i] -= at_start[i];
-    }
-  }
+  step.guard_level = GuardLevels(mode, step, guard_size, tolerance, gap, lift);
   return step;
 }
 

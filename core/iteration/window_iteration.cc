@@ -26,12 +26,13 @@ double LogBound(double rate, Index steps, Index k, double first_change) {
   return LogReducedFactor(rate, static_cast<double>(steps), static_cast<int>(k - 1)) + std::log(first_change);
 }
 
-// Takes y from `guess`, frozen at its end; returns q.
-Matrix Guess(const Matrix& guess, WindowModel& window) {
+// q of x^0: y frozen at its start, or at the end of `guess`, which comes first.
+Matrix FirstIterate(const Matrix& guess, WindowModel& window) {
+  Matrix q = window.Frozen();
+  if (guess.cols() == 0) return q;
   const Index known = std::min(guess.cols(), window.steps());
   window.y.middleCols(1, known) = guess.leftCols(known);
   window.y.rightCols(window.steps() - known).colwise() = guess.col(known - 1);
-  Matrix q;
   window.Follow(q);
   return q;
 }
@@ -79,106 +80,96 @@ Index WindowIteration::max_iterations() const {
 }
 
 WindowResult WindowIteration::Run(Index number, WindowModel& window, const Flight& flight) {
-  const Index steps = window.steps(), first = flight.steps;
   const Vector y_start = window.y.col(0);
-  WindowResult result{WindowEnd::kIterationLimit, 0, {}};
-  Matrix q = window.Frozen();  // x^0: y frozen at y_a
-  if (flight.guess.cols() > 0) q = Guess(flight.guess, window);
-  Matrix next;
-  Vector size = window.Sizes();
-  const bool accelerated = context_.options.acceleration > 0;
-  double rate = std::numeric_limits<double>::quiet_NaN();
-  if (const double bound = window.KernelBound(); !accelerated)
-    rate = context_.matrix_class.lipschitz.value_or(rate) * bound;
-  if (context_.stop.stop_requested()) {  // perhaps with a kernel shorter than the window
-    result.end = WindowEnd::kCancelled;
-    return result;
+  Matrix q = FirstIterate(flight.guess, window);
+  if (!q.allFinite()) return {WindowEnd::kDiverged, 0, "the state is not finite"};
+  WindowResult result = Iterate(number, window, flight.steps, std::move(q));
+  if (result.end == WindowEnd::kInfeasibleIterate && result.iterations == 1) {
+    // Theorem 3.2 of [Wu & Chen] has feasible iterates from the constant start, on windows short enough.
+    window.y = y_start.replicate(1, window.steps() + 1);
+    result = Iterate(number, window, flight.steps, window.Constant());
   }
-  AndersonAcceleration acceleration(context_.options.acceleration);
+  if (result.end == WindowEnd::kConverged && flight.steps == window.steps()) window.Finish();
+  return result;
+}
 
-  bool from_constant_state = false;
+WindowResult WindowIteration::Iterate(Index number, WindowModel& window, Index first, Matrix q) {
+  Index k = 0;
+  const auto ended = [&k](WindowEnd end, std::string why = {}) { return WindowResult{end, k, std::move(why)}; };
+  const bool is_accelerated = context_.options.acceleration > 0;
+  const double not_known = std::numeric_limits<double>::quiet_NaN();
+  const double rate =
+      is_accelerated ? not_known : context_.matrix_class.lipschitz.value_or(not_known) * window.KernelBound();
+  AndersonAcceleration acceleration(context_.options.acceleration);
+  Vector size = window.Sizes();
+  Matrix next;
   std::vector<double> changes;  // relative to the size of each row
   double first_change = 0;
-  if (!q.allFinite()) {
-    result.end = WindowEnd::kDiverged;
-    result.why = "the state is not finite";
-    return result;
-  }
-  while (result.iterations < max_iterations()) {
-    const Index k = ++result.iterations;
-    ++context_.solution.cost.iterations;
-    const double lcp_begin = context_.Seconds();
-    const LcpBatchOutcome lcps = batch_.Solve(q.rightCols(steps), kLcpTolerance * size, context_.workers, context_.stop,
-                                              window.y.rightCols(steps));
-    context_.solution.cost.lcps += steps;
-    const double lcp_end = context_.Seconds();
-    context_.solution.cost.seconds_lcp += lcp_end - lcp_begin;
-    if (lcps.cancelled) {
-      result.end = WindowEnd::kCancelled;
-      return result;
-    }
-    if (lcps.verdict != LcpStatus::kSolved && lcps.column >= first) {
-      result.end = WindowEnd::kFlightFailed;
-      return result;
-    }
-    if (lcps.verdict != LcpStatus::kSolved && k == 1 && !from_constant_state) {
-      // Theorem 3.2 of [Wu & Chen] has feasible iterates from the constant start, on windows short enough.
-      from_constant_state = true;
-      q = window.Constant();
-      window.y = y_start.replicate(1, steps + 1);
-      result.iterations = 0;
-      continue;
-    }
-    if (lcps.verdict != LcpStatus::kSolved) {
-      result.end = WindowEnd::kInfeasibleIterate;
-      const double t = context_.grid.times[window.first_node() + 1 + lcps.column];
-      result.why = std::string("the LCP of iterate ") + std::to_string(k) + " at t = " + FormatNumber(t) +
-                   " ended as " + LcpStatusName(lcps.verdict);
-      return result;
-    }
-    if (const auto jump = FindJump(q, window)) {
-      result.end = WindowEnd::kJump;
-      result.why = *jump;
-      return result;
-    }
+  if (context_.stop.stop_requested())
+    return ended(WindowEnd::kCancelled);  // perhaps with a kernel shorter than the window
 
-    Judgment seen{Vector::Zero(q.rows()), Vector::Zero(q.rows())};
-    std::mutex mutex;
-    window.Follow(next, [&](Index begin, Index end) {
-      if (begin > first) return;  // in a later window
-      const Judgment of_block = Judge(q, next, window.y, begin, std::min(end, first + 1));
-      const std::lock_guard lock(mutex);
-      seen.Raise(of_block);
-    });
-    if (first < steps && !IsTame(next, q, size)) {
-      result.end = WindowEnd::kFlightFailed;
-      return result;
+  while (k < max_iterations()) {
+    ++k;
+    // y^k at every node: 0 <= y ⟂ q^{k-1} + M y >= 0.
+    const LcpBatchOutcome lcps = SolveLcps(q, size, window);
+    if (lcps.cancelled) return ended(WindowEnd::kCancelled);
+    if (lcps.verdict != LcpStatus::kSolved) {
+      if (lcps.column >= first) return ended(WindowEnd::kFlightFailed);
+      const double t = context_.grid.times[window.first_node() + 1 + lcps.column];
+      return ended(WindowEnd::kInfeasibleIterate, "the LCP of iterate " + std::to_string(k) + " at t = " +
+                                                      FormatNumber(t) + " ended as " + LcpStatusName(lcps.verdict));
     }
+    if (auto jump = FindJump(q, window)) return ended(WindowEnd::kJump, *std::move(jump));
+
+    // q^k = N x^k + g, where x^k follows from y^k by the inverse Laplace transform.
+    const Judgment seen = FollowAndJudge(q, window, first, next);
+    if (first < window.steps() && !IsTame(next, q, size)) return ended(WindowEnd::kFlightFailed);
     size = size.cwiseMax(seen.row_size);
-    const double change = RelativeChange(size, seen.row_change);
-    if (accelerated) next = acceleration.Next(q, next, size);
+    changes.push_back(RelativeChange(size, seen.row_change));
+    if (is_accelerated) next = acceleration.Next(q, next, size);
     q.swap(next);
-    context_.solution.cost.seconds_linear += context_.Seconds() - lcp_end;
-    changes.push_back(change);
+
     if (k == 1) first_change = MaxAbs(seen.row_change);
     IterateReport report;
     report.window = number, report.iteration = k;
     report.change = MaxAbs(seen.row_change), report.lcp_residual = seen.residual;
     Report(report, LogBound(rate, first, k, first_change), window, first + 1);
 
-    if (Converged(changes, context_.options.iteration_tolerance)) {
-      result.end = WindowEnd::kConverged;
-      if (first == steps) window.Finish();
-      return result;
-    }
-    if (!std::isfinite(change) || (may_shrink_ && Diverging(changes))) {
-      result.end = WindowEnd::kDiverged;
-      result.why = "the iterates diverge (N x + g changed by " + FormatNumber(change) + " of its size)";
-      return result;
+    if (Converged(changes, context_.options.iteration_tolerance)) return ended(WindowEnd::kConverged);
+    if (!std::isfinite(changes.back()) || (may_shrink_ && Diverging(changes))) {
+      return ended(WindowEnd::kDiverged,
+                   "the iterates diverge (N x + g changed by " + FormatNumber(changes.back()) + " of its size)");
     }
   }
-  result.why = "the change of N x + g is still " + FormatNumber(changes.back()) + " of its size";
-  return result;
+  return ended(WindowEnd::kIterationLimit,
+               "the change of N x + g is still " + FormatNumber(changes.back()) + " of its size");
+}
+
+LcpBatchOutcome WindowIteration::SolveLcps(const Matrix& q, const Vector& size, WindowModel& window) {
+  Cost& cost = context_.solution.cost;
+  const double begin = context_.Seconds();
+  const Index steps = window.steps();
+  const LcpBatchOutcome outcome = batch_.Solve(q.rightCols(steps), kLcpTolerance * size, context_.workers,
+                                               context_.stop, window.y.rightCols(steps));
+  ++cost.iterations;
+  cost.lcps += steps;
+  cost.seconds_lcp += context_.Seconds() - begin;
+  return outcome;
+}
+
+WindowIteration::Judgment WindowIteration::FollowAndJudge(const Matrix& q, WindowModel& window, Index first,
+                                                          Matrix& next) {
+  const double begin = context_.Seconds();
+  Judgment seen{Vector::Zero(q.rows()), Vector::Zero(q.rows())};
+  std::mutex mutex;
+  window.Follow(next, [&](Index block_begin, Index block_end) {
+    if (block_begin > first) return;  // in a later window
+    const Judgment of_block = Judge(q, next, window.y, block_begin, std::min(block_end, first + 1));
+    const std::lock_guard lock(mutex);
+    seen.Raise(of_block);
+  });
+  context_.solution.cost.seconds_linear += context_.Seconds() - begin;
+  return seen;
 }
 
 void WindowIteration::Judgment::Raise(const Judgment& other) {

@@ -60,6 +60,13 @@ class WindowIteration {
     void Raise(const Judgment& other);
   };
 
+  // The iteration from `q`. The first `first` steps of the window have to converge.
+  WindowResult Iterate(Index number, WindowModel& window, Index first, Matrix q);
+  // y of the window at all nodes but the first, from `q`, in parallel.
+  LcpBatchOutcome SolveLcps(const Matrix& q, const Vector& size, WindowModel& window);
+  // Sets `next` to the q that follows from y of the window, and compares it with `q` on the first `first` steps, block
+  // by block as they are computed.
+  Judgment FollowAndJudge(const Matrix& q, WindowModel& window, Index first, Matrix& next);
   Index max_iterations() const;
   Judgment Judge(const Matrix& q, const Matrix& next, const Matrix& y, Index begin, Index end) const;
   std::optional<std::string> FindJump(const Matrix& q, const WindowModel& window) const;
