@@ -77,8 +77,8 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   solution.cost.seconds_setup = context.Seconds();
   if (RunMethod(task.plan.method, context)) {
     solution.termination = Termination::kReachedEnd;
-    solution.message = "Reached T = " + FormatNumber(task.problem.horizon) + " in " +
-                       StepsText(solution.cost.steps) + ".";
+    solution.message =
+        "Reached T = " + FormatNumber(task.problem.horizon) + " in " + StepsText(solution.cost.steps) + ".";
   }
   const bool stopped = solution.termination == Termination::kCancelled;
   if (absl::Status resumed = context.checkpointing.status(stopped); !resumed.ok()) return resumed;

@@ -30,8 +30,8 @@ struct PropagatorChoice {
 // take less time, by the fill of its factors and the number of steps. Time stepping is iterative where sparse factors
 // do not fit into options.max_memory or are predicted to take longer. `selection` is that of the plan. `setups` may be
 // null; it holds what solves of the same matrices share, and must outlive the choice.
-PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options, Method method,
-                                  Selection selection, SetupCache* setups = nullptr);
+PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options, Method method, Selection selection,
+                                  SetupCache* setups = nullptr);
 
 // The system in the form in which it is solved; absent if that is `problem` itself. Two things may change.
 // Matrices become sparse, if A was given as dense but is large, at most a twentieth of its entries are nonzero, and the

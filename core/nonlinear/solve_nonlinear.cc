@@ -12,6 +12,7 @@
 #include "core/driver/error_control.h"
 #include "core/driver/report.h"
 #include "core/driver/source_resolution.h"
+#include "core/driver/step_comparison.h"
 #include "core/linalg/norms.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/nonlinear/splitting_iteration.h"

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compares solves with steps of different lengths, for any kind of problem.
+
+#ifndef DLCS_CORE_DRIVER_STEP_COMPARISON_H_
+#define DLCS_CORE_DRIVER_STEP_COMPARISON_H_
+
+#include <functional>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/context/component_errors.h"
+#include "core/discretization/grid.h"
+#include "core/driver/step_control.h"
+#include "core/problem/options.h"
+#include "core/problem/solution.h"
+
+namespace dlcs {
+
+// All nodes of grids up to this many steps are compared; of finer grids only the same nodes.
+inline constexpr Index kNodesKept = 4096;
+
+// The solves that EstimateError() and SolveAsAsked() are made of, for any kind of problem.
+struct SystemSolves {
+  double horizon = 0;
+  std::vector<double> break_points;
+  double expected_order = 2;
+  bool event_driven_serves = true;  // it may be recommended
+  TrialSolves trials;
+  // Returns the changes of x within the steps that pairs switch in; see SwitchChanges(). Empty if that is not known.
+  std::function<ComponentErrors(const Solution&)> at_switches = {};
+  // Returns the grid of the first trial for a grid of equal steps; empty if that is the same.
+  std::function<Grid(const Grid&)> grade = {};
+  // Of all trials together, if the error tolerance is the default one.
+  Index most_default_steps = Options::kMaxDefaultSteps;
+};
+
+// Estimates the error of `solution` on `grid` by solves with twice and four times the step; with half the step if one
+// of those fails or their differences show no order.
+absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution);
+
+// Sets the final termination and message of `solution` after the trials. If the tolerance was the default one
+// (`by_default`) and was missed, the solution still counts as reached, with its larger error. A tolerance set by the
+// caller that was missed makes the solve fail.
+void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result, bool by_default, Solution& solution);
+
+// Runs trials with more and more steps until the error is below options.error_tolerance. `by_default`: the tolerance is
+// the default one, and the work is bounded.
+absl::StatusOr<ControlledSolution> TrySteps(const SystemSolves& system, Options options, Index most_steps,
+                                            bool by_default, std::vector<double>& wanted);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_DRIVER_STEP_COMPARISON_H_
