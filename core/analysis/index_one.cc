@@ -37,7 +37,7 @@ class PhiBoundSearch {
     return MaxAbs(Vector(abs_C_ * (growth_.back() * b_)));
   }
 
-  // Goes on by the step of growth matrix `level` if the bound stays below `limit`.
+  // Advances by the step of growth matrix `level` if the bound stays below `limit`.
   bool Advance(std::size_t level, double limit) {
     const Vector d = d_ + growth_[level] * (b_ + d_);
     const bool within = MaxAbs(Vector(abs_C_ * d)) <= limit;

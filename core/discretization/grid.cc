@@ -66,7 +66,7 @@ std::vector<double> SplittingTimes(double begin, double end, double longest_step
   return inside;
 }
 
-// A time that must be a node, and how much it must: of two that are one node the higher rank stays.
+// A time that must be a node. Of two times that are one node the one of higher rank stays.
 struct Mark {
   double time;
   enum Rank { kGridTime, kOutputTime, kBreakPoint, kEnd } rank;
