@@ -10,6 +10,7 @@
 #include "core/discretization/graded_grid.h"
 #include "core/discretization/grid.h"
 #include "core/driver/memory_prediction.h"
+#include "core/linalg/sparse/krylov_solver.h"
 #include "core/linalg/sparse/sparse_factor.h"
 #include "core/problem/mass_matrix.h"
 #include "core/problem/solution.h"
@@ -84,17 +85,39 @@ struct Seconds {
   double lcps_of_stepping, iterating;  // iterating with its LCPs
 };
 
+// Bounds the spectral radius of the Jacobi matrix of I - hA for a symmetric A without E, for the shortest step of the
+// last trial or the steps that are given; else 1. Pairs do not count.
+double JacobiRadius(const Problem& problem, const Options& options) {
+  constexpr double kStepsOfLastTrial = 4096;
+  if (problem.has_mass()) return 1;
+  const SparseMatrix A = problem.A.Sparse();
+  if (!IsSymmetric(A)) return 1;
+  const double steps =
+      options.has_grid() ? CountSteps(problem.horizon, BreakPoints(problem), options) : kStepsOfLastTrial;
+  const double h = problem.horizon / steps;
+  const Vector diagonal = A.diagonal();
+  const Vector others = problem.A.AbsTimes(Vector::Ones(A.rows())) - diagonal.cwiseAbs();
+  const Vector pivots = 1 - h * diagonal.array();
+  if (!(pivots.minCoeff() > 0)) return 1;
+  return h * others.cwiseQuotient(pivots).maxCoeff();
+}
+
 // The constants were measured on grids of one to three dimensions with m from 343 to 20,000 and n from 2 to 150, where
 // each prediction is within a factor of four. What they decide between differs by ten to a hundred.
 Seconds PredictSeconds(const Problem& problem, const Options& options, const FactorSize& factor) {
   constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 15, kSetupIterations = 20;
+  constexpr double kDiagonalEntry = 1.5e-9, kDiagonalIterations = 9;  // per square root of the condition number
   constexpr double kLcpSetup = 3.5e-10, kLcp = 2e-9;
   constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
   constexpr double kState = 5e-8;  // sources, certificate and records of a step
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
   const auto [steps, lengths] = StepsInAll(problem, options);
   const auto [in_steps, in_lengths] = SteppingStepsInAll(problem, options);
-  const double iteration = kKrylovStart + kKrylovEntry * factor.matrix_nonzeros;
+  const double radius = JacobiRadius(problem, options);
+  const bool by_diagonal = radius <= KrylovSolver::kDominated;
+  const double iteration = kKrylovStart + (by_diagonal ? kDiagonalEntry : kKrylovEntry) * factor.matrix_nonzeros;
+  const double iterations =
+      by_diagonal ? kDiagonalIterations * std::sqrt((1 + radius) / (1 - radius)) : kKrylovIterations;
   const double solve = 2 * factor.nonzeros * kMultiplication;
   return {
       .contour = lengths * kContourEntry * factor.nonzeros + steps * 2 * n * n * kContourTerms * kMultiplication,
@@ -102,7 +125,7 @@ Seconds PredictSeconds(const Problem& problem, const Options& options, const Fac
       .stepping =
           in_lengths * (2 * factor.multiplications * kMultiplication + n * solve) + in_steps * (4 * solve + kState * m),
       .lcps_of_stepping = in_lengths * kLcpSetup * n * n * n + in_steps * kLcp * n * n,
-      .iterating = (in_lengths * kSetupIterations + in_steps * kKrylovIterations) * iteration,
+      .iterating = (in_lengths * kSetupIterations + in_steps * iterations) * iteration,
   };
 }
 

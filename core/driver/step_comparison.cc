@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/driver/grid_solve.h"
 #include "core/driver/source_resolution.h"
 #include "core/format_number.h"
 #include "core/linalg/norms.h"

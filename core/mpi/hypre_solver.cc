@@ -90,6 +90,7 @@ HypreSolver::HypreSolver(const DistributedRows& K, const Ownership& unknowns, bo
   outside_ = Compressed(K.outside);
   first_number_ = unknowns.first(team.rank());
   for (const Index unknown : halo_.unknowns()) outside_numbers_.push_back(unknowns.number(unknown));
+  TryDiagonal();
 }
 
 HypreSolver::~HypreSolver() = default;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One step for a large sparse A without factors of it: Krylov iterations with multigrid, pairs by active sets.
+// One step for a large sparse A without factors of it: Krylov iterations, pairs by active sets.
 
 #ifndef DLCS_CORE_STEPPING_ITERATIVE_STEP_H_
 #define DLCS_CORE_STEPPING_ITERATIVE_STEP_H_
@@ -10,6 +10,7 @@
 
 #include "core/discretization/step_rule.h"
 #include "core/lcp/structured/bounded_solver.h"
+#include "core/linalg/norms.h"
 #include "core/parallel/parallel.h"
 #include "core/parallel/team.h"
 #include "core/problem/options.h"
@@ -72,6 +73,8 @@ class IterativeStep {
   LcpStatus Solve(const Vector& right, const Eigen::Ref<const Vector>& g, State& state);
   Vector StatesOf(const State& state) const;  // x
   Vector PairsOf(const State& state) const;   // y
+  // max |z_i| over all processes.
+  double SizeOf(const Vector& z) const { return team_.Max(MaxAbs(z)); }
 
  private:
   void PrepareRightHandSides();

@@ -2,7 +2,9 @@
 #include "core/stepping/iterative_stepper.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
+#include <vector>
 
 #include "core/parallel/stop_scope.h"
 
@@ -11,10 +13,25 @@ namespace {
 
 using State = IterativeStep::State;
 
-// to + factor (to - from)
-State Extrapolated(const State& from, const State& to, double factor) {
-  return {.z = to.z + factor * (to.z - from.z),
-          .multipliers = to.multipliers + factor * (to.multipliers - from.multipliers)};
+// A state, and when it is: in steps from the last node.
+struct Known {
+  double at;
+  const State* state;
+};
+
+// The polynomial through all of them.
+State PolynomialAt(double at, const std::vector<Known>& known) {
+  State sum{.z = Vector::Zero(known[0].state->z.size()),
+            .multipliers = Vector::Zero(known[0].state->multipliers.size())};
+  for (const Known& one : known) {
+    double weight = 1;
+    for (const Known& other : known) {
+      if (&other != &one) weight *= (at - other.at) / (one.at - other.at);
+    }
+    sum.z += weight * one.state->z;
+    sum.multipliers += weight * one.state->multipliers;
+  }
+  return sum;
 }
 
 // Step j alone, as a segment.
@@ -44,8 +61,8 @@ IterativeStepper::IterativeStepper(std::unique_ptr<IterativeStep> step, DirectFa
 LcpStatus IterativeStepper::TakeSteps(Segment& segment, const std::stop_token& stop, SelectionStats& departures,
                                       Index& solved) {
   step_->rule().StartWithSources(segment);
-  last_ = step_->StateOf(segment.x.col(0), segment.y.col(0), segment.g.col(0));
-  has_line_ = false;
+  nodes_.clear();
+  Add(step_->StateOf(segment.x.col(0), segment.y.col(0), segment.g.col(0)));
   solved = 0;
   try {
     for (; solved < segment.steps && !stop.stop_requested(); ++solved) {
@@ -68,26 +85,50 @@ LcpStatus IterativeStepper::TakeSteps(Segment& segment, const std::stop_token& s
 }
 
 LcpStatus IterativeStepper::TakeStep(Segment& segment, Index j) {
-  State state = last_;
+  std::vector<Known> known;
+  for (int k = 0; k <= degree_; ++k) known.push_back({static_cast<double>(-k), &nodes_[static_cast<std::size_t>(k)]});
+  State state = PolynomialAt(step_->rule().has_stage() ? StepRule::kStage : 1, known);
   if (step_->rule().has_stage()) {
-    if (has_line_) state = Extrapolated(before_last_, last_, StepRule::kStage);
     const Vector right = step_->rule().StartStage(segment, j, stage_);
     if (const LcpStatus verdict = step_->Solve(right, stage_.g.col(1), state); verdict != LcpStatus::kSolved) {
       return verdict;
     }
     stage_.x.col(1) = step_->StatesOf(state);
-    state = Extrapolated(last_, state, 1 / StepRule::kStage - 1);
-  } else if (has_line_) {
-    state = Extrapolated(before_last_, last_, 1);
+    if (known.size() > 1) known.pop_back();
+    const State at_stage = std::move(state);
+    known.push_back({StepRule::kStage, &at_stage});
+    state = PolynomialAt(1, known);
   }
   const Vector right = step_->rule().RightHandSide(segment, j, stage_);
   const LcpStatus verdict = step_->Solve(right, segment.g.col(j), state);
   if (verdict != LcpStatus::kSolved) return verdict;
   segment.x.col(j) = step_->StatesOf(state);
   segment.y.col(j) = step_->PairsOf(state);
-  before_last_ = std::exchange(last_, std::move(state));
-  has_line_ = true;
+  Add(std::move(state));
   return LcpStatus::kSolved;
+}
+
+void IterativeStepper::Add(State state) {
+  nodes_.push_front(std::move(state));
+  if (nodes_.size() > kMostDegree + 2) nodes_.pop_back();
+  // The error of the prediction of degree d was the difference of order d + 1, Σ_k (-1)^k C(d + 1, k) z_k.
+  const int known = static_cast<int>(nodes_.size()) - 1;
+  double least = std::numeric_limits<double>::infinity();
+  degree_ = 0;
+  for (int d = 0; d < known; ++d) {
+    Vector difference = nodes_[0].z;
+    double binomial = 1;
+    for (int k = 1; k <= d + 1; ++k) {
+      binomial *= -static_cast<double>(d + 2 - k) / k;
+      difference += binomial * nodes_[static_cast<std::size_t>(k)].z;
+    }
+    if (const double error = step_->SizeOf(difference); error < least) {
+      least = error;
+      degree_ = d;
+    }
+  }
+  // One that could not be tried yet, where higher degrees were better so far.
+  if (degree_ == known - 1 && known <= kMostDegree) degree_ = known;
 }
 
 LcpStatus IterativeStepper::TakeDirectStep(Segment& segment, Index j, const std::stop_token& stop,
@@ -104,8 +145,8 @@ LcpStatus IterativeStepper::TakeDirectStep(Segment& segment, Index j, const std:
   ++account_.direct_steps;
   segment.x.col(j) = one.x.col(1);
   segment.y.col(j) = one.y.col(1);
-  last_ = step_->StateOf(one.x.col(1), one.y.col(1), one.g.col(1));
-  has_line_ = false;
+  nodes_.clear();
+  Add(step_->StateOf(one.x.col(1), one.y.col(1), one.g.col(1)));
   return LcpStatus::kSolved;
 }
 

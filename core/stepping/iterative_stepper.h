@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_STEPPING_ITERATIVE_STEPPER_H_
 #define DLCS_CORE_STEPPING_ITERATIVE_STEPPER_H_
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <stop_token>
@@ -21,26 +22,31 @@ struct IterativeAccount {
   Index direct_steps = 0;  // that were solved by sparse factors instead
 };
 
-// Each step starts from the line through the two before it, the first of a segment from the node before, and the
-// second of two stages from the line through the first. Where an active set is not found or the iteration does not
-// converge, `make_direct` makes the stepper that takes that step; null where that would be too large.
+// Each step starts from the polynomial through some nodes before it, of the degree up to three that would have
+// predicted the last one best; the second of two stages from one through the first stage too. Where an active set is
+// not found or the iteration does not converge, `make_direct` makes the stepper that takes that step; null where that
+// would be too large.
 class IterativeStepper final : public SegmentStepper {
  public:
   using DirectFactory = std::function<std::unique_ptr<Stepper>()>;
 
-  // Counts in `account` and tells `progress` of each step of `grid`; all three must outlive it.
+  // Counts in `account` and reports each step of `grid` to `progress`; all three must outlive it.
   IterativeStepper(std::unique_ptr<IterativeStep> step, DirectFactory make_direct, const Grid& grid,
                    IterativeAccount& account, Progress& progress);
 
   const Scheme& scheme() const override { return scheme_; }
   Index lcps_of_a_step() const override { return step_->rule().has_stage() ? 2 : 1; }
-  // The first step of a segment has no line to start from.
+  // The first steps of a segment have few nodes to start from.
   Index least_steps() const override { return 8; }
   LcpStatus TakeSteps(Segment& segment, const std::stop_token& stop, SelectionStats& departures,
                       Index& solved) override;
 
  private:
+  static constexpr int kMostDegree = 3;
+
   LcpStatus TakeStep(Segment& segment, Index j);
+  // Adds the state at the next node, and chooses the degree of the next prediction.
+  void Add(IterativeStep::State state);
   LcpStatus TakeDirectStep(Segment& segment, Index j, const std::stop_token& stop, SelectionStats& departures);
 
   std::unique_ptr<IterativeStep> step_;
@@ -51,8 +57,8 @@ class IterativeStepper final : public SegmentStepper {
   IterativeAccount& account_;
   Progress& progress_;
   Segment stage_;
-  IterativeStep::State last_, before_last_;
-  bool has_line_ = false;
+  std::deque<IterativeStep::State> nodes_;  // of this segment, the last one first; equally far apart
+  int degree_ = 0;
 };
 
 }  // namespace dlcs

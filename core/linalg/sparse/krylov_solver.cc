@@ -12,17 +12,6 @@ namespace {
 
 constexpr Index kRowsOfAVectorBlock = 4096;
 
-// Sums and maxima over blocks, in the order of blocks.
-template <typename Body>
-double SumOfBlocks(Index count, Workers& workers, const Body& body) {
-  std::vector<double> sums((count + kRowsOfAVectorBlock - 1) / kRowsOfAVectorBlock);
-  workers.ForBlocks(count, kRowsOfAVectorBlock,
-                    [&](Index block, Index begin, Index end) { sums[block] = body(begin, end); });
-  double sum = 0;
-  for (const double of_block : sums) sum += of_block;
-  return sum;
-}
-
 // b += factor a
 void AddMultiple(double factor, const Eigen::Ref<const Vector>& a, Eigen::Ref<Vector> b, Workers& workers) {
   workers.ForBlocks(a.size(), kRowsOfAVectorBlock, [&](Index, Index begin, Index end) {
@@ -45,7 +34,7 @@ KrylovSolver::KrylovSolver(CompressedRows<double> K, bool is_symmetric, Workers&
       r_(K_.rows()) {
   const Index size = K_.rows();
   if (is_symmetric_) {
-    for (Vector* vector : {&z_, &p_, &q_}) vector->resize(size);
+    for (Vector* vector : {&z_, &p_, &q_}) vector->setZero(size);
   } else {
     basis_.resize(size, kRestart + 1);
     corrections_.resize(size, kRestart);
@@ -55,40 +44,108 @@ KrylovSolver::KrylovSolver(CompressedRows<double> K, bool is_symmetric, Workers&
 
 void KrylovSolver::Fix(const std::vector<std::uint8_t>& is_fixed) {
   is_fixed_ = is_fixed;
-  PrepareFixed(is_fixed);
+  if (!uses_diagonal_) PrepareFixed(is_fixed);
+}
+
+bool KrylovSolver::TryDiagonal() {
+  constexpr int kMostPowers = 24;
+  const Index size = K_.rows();
+  inverse_diagonal_.resize(size);
+  bool is_positive = is_symmetric_;
+  for (Index i = 0; i < size; ++i) {
+    double diagonal = 0;
+    for (int k = K_.start[i]; k < K_.start[i + 1]; ++k) diagonal += K_.column[k] == i ? K_.value[k] : 0;
+    inverse_diagonal_[i] = 1 / diagonal;
+    is_positive = is_positive && diagonal > 0;
+  }
+  if (team_.Any(!is_positive)) return false;
+  // J = D⁻¹|K - D|, D the diagonal. Of a positive v, min (Jv)_i / v_i <= ρ <= max (Jv)_i / v_i (Collatz and Wielandt),
+  // and powers of J bring both together.
+  const auto sum_of_sizes = [](const CompressedRows<double>& rows, Index i, const Vector& v) {
+    double sum = 0;
+    for (int k = rows.start[i]; k < rows.start[i + 1]; ++k) sum += std::abs(rows.value[k]) * v[rows.column[k]];
+    return sum;
+  };
+  Vector v = inverse_diagonal_.cwiseSqrt(), next(size);  // in any units of a symmetric K it is the same start
+  for (int power = 0; power < kMostPowers; ++power) {
+    Expand(v);
+    workers_.ForBlocks(size, kRowsOfAVectorBlock, [&](Index, Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        double sum = sum_of_sizes(K_, i, v);
+        if (outside_.rows() > 0) sum += sum_of_sizes(outside_, i, outside_values_);
+        next[i] = inverse_diagonal_[i] * sum - v[i];
+      }
+    });
+    const auto ratios = next.array() / v.array();
+    const double largest = team_.Max(size > 0 ? ratios.maxCoeff() : 0);
+    const double smallest = -team_.Max(size > 0 ? -ratios.minCoeff() : -kDominated);
+    uses_diagonal_ = largest <= kDominated;
+    if (uses_diagonal_ || smallest > kDominated) break;
+    v = (v + next) / 2;  // some powers of J alone would alternate
+  }
+  if (!uses_diagonal_) inverse_diagonal_.resize(0);
+  return uses_diagonal_;
 }
 
 double KrylovSolver::RowTimes(Index i, const Vector& x) const {
-  double sum = 0;
-  for (int k = K_.start[i]; k < K_.start[i + 1]; ++k) sum += K_.value[k] * x[K_.column[k]];
-  if (outside_.rows() == 0) return sum;
-  for (int k = outside_.start[i]; k < outside_.start[i + 1]; ++k) {
-    sum += outside_.value[k] * outside_values_[outside_.column[k]];
-  }
-  return sum;
+  double product = 0;
+  MultiplyRows(x, i, i + 1, &product);
+  return product;
 }
 
-double KrylovSolver::Multiply(const Vector& v, Vector& product) {
-  Expand(v);
-  return team_.Sum(SumOfBlocks(v.size(), workers_, [&](Index begin, Index end) {
-    double dot = 0;
+void KrylovSolver::MultiplyRows(const Vector& x, Index begin, Index end, double* product) const {
+  const auto times = [begin, end, product](const CompressedRows<double>& rows, const double* factor, bool adds) {
+    const int *const start = rows.start.data(), *const column = rows.column.data();
+    const double* const value = rows.value.data();
     for (Index i = begin; i < end; ++i) {
-      product[i] = is_fixed_[i] ? 0 : RowTimes(i, v);
-      dot += v[i] * product[i];
+      double sum = adds ? product[i - begin] : 0;
+      for (int k = start[i], last = start[i + 1]; k < last; ++k) sum += value[k] * factor[column[k]];
+      product[i - begin] = sum;
     }
-    return dot;
-  }));
+  };
+  times(K_, x.data(), false);
+  if (outside_.rows() > 0) times(outside_, outside_values_.data(), true);
+}
+
+KrylovSolver::Sums KrylovSolver::Multiply(const Vector& v, const Vector& other, Vector& product) {
+  Expand(v);
+  return SumOfBlocks([&](Index begin, Index end) {
+    MultiplyRows(v, begin, end, product.data() + begin);
+    for (Index i = begin; i < end; ++i) product[i] = is_fixed_[i] ? 0 : product[i];
+    const auto of_v = v.segment(begin, end - begin);
+    return Sums{of_v.dot(product.segment(begin, end - begin)), of_v.dot(other.segment(begin, end - begin))};
+  });
 }
 
 double KrylovSolver::Dot(const Eigen::Ref<const Vector>& a, const Eigen::Ref<const Vector>& b) {
-  return team_.Sum(SumOfBlocks(a.size(), workers_, [&](Index begin, Index end) {
-    return a.segment(begin, end - begin).dot(b.segment(begin, end - begin));
-  }));
+  return SumOfBlocks([&](Index begin, Index end) {
+           return Sums{a.segment(begin, end - begin).dot(b.segment(begin, end - begin)), 0};
+         })
+      .first;
 }
 
-void KrylovSolver::CountAndPrecondition(const Vector& v, Vector& z) {
+KrylovSolver::Sums KrylovSolver::CountAndPrecondition(const Vector& v, const Vector& other, Vector& z) {
   ++iterations_;
-  Precondition(v, size_of_r_, z);
+  if (!uses_diagonal_) Precondition(v, size_of_r_, z);
+  return SumOfBlocks([&](Index begin, Index end) {
+    const auto part = [&](const Vector& vector) { return vector.segment(begin, end - begin); };
+    auto of_z = z.segment(begin, end - begin);
+    if (uses_diagonal_) of_z = part(inverse_diagonal_).cwiseProduct(part(v));
+    return Sums{of_z.dot(part(v)), of_z.dot(part(other))};
+  });
+}
+
+template <typename Body>
+KrylovSolver::Sums KrylovSolver::SumOfBlocks(const Body& body) {
+  std::vector<Sums> sums((K_.rows() + kRowsOfAVectorBlock - 1) / kRowsOfAVectorBlock);
+  workers_.ForBlocks(K_.rows(), kRowsOfAVectorBlock,
+                     [&](Index block, Index begin, Index end) { sums[block] = body(begin, end); });
+  Sums sum;
+  for (const Sums& of_block : sums) {
+    sum.first += of_block.first;
+    sum.second += of_block.second;
+  }
+  return {team_.Sum(sum.first), team_.Sum(sum.second)};
 }
 
 namespace {
@@ -124,7 +181,8 @@ void KrylovSolver::UpdateResidual(const Body& update) {
 void KrylovSolver::ComputeResidual() {
   Expand(*x_);
   UpdateResidual([&](Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) r_[i] = is_fixed_[i] ? 0 : (*b_)[i] - RowTimes(i, *x_);
+    MultiplyRows(*x_, begin, end, r_.data() + begin);
+    for (Index i = begin; i < end; ++i) r_[i] = is_fixed_[i] ? 0 : (*b_)[i] - r_[i];
   });
 }
 
@@ -150,10 +208,9 @@ bool KrylovSolver::Reduce(double target, Index max_iterations) {
 // preconditioner is not the same to the last bit at each step (Polak-Ribière).
 bool KrylovSolver::ReduceByConjugateGradients(double target, Index max_iterations) {
   for (Index iteration = 0; iteration < max_iterations; ++iteration) {
-    CountAndPrecondition(r_, z_);
-    const double rho = Dot(r_, z_);
+    const auto [rho, change] = CountAndPrecondition(r_, q_, z_);
     if (!(rho > 0)) return false;
-    const double beta = has_direction_ ? -last_step_ * Dot(z_, q_) / rho_ : 0;
+    const double beta = has_direction_ ? -last_step_ * change / rho_ : 0;
     rho_ = rho;
     if (has_direction_) {
       workers_.ForBlocks(p_.size(), kRowsOfAVectorBlock, [&](Index, Index begin, Index end) {
@@ -163,9 +220,9 @@ bool KrylovSolver::ReduceByConjugateGradients(double target, Index max_iteration
     } else {
       p_ = z_;
     }
-    const double curvature = Multiply(p_, q_);
+    const auto [curvature, slope] = Multiply(p_, r_, q_);
     if (!(curvature > 0)) return false;
-    last_step_ = Dot(r_, p_) / curvature;
+    last_step_ = slope / curvature;
     has_direction_ = true;
     UpdateResidual([&](Index begin, Index end) {
       const Index rows = end - begin;
@@ -203,9 +260,9 @@ Index KrylovSolver::GmresCycle(double factor, Index steps) {
     const Index k = size;
     r_ = basis_.col(k);  // work space from here on
     size_of_r_ = team_.Max(MaxAbs(r_));
-    CountAndPrecondition(r_, z_);
+    CountAndPrecondition(r_, r_, z_);
     corrections_.col(k) = z_;
-    Multiply(z_, r_);
+    Multiply(z_, z_, r_);
     for (Index i = 0; i <= k; ++i) {
       H(i, k) = Dot(basis_.col(i), r_);
       AddMultiple(-H(i, k), basis_.col(i), r_, workers_);

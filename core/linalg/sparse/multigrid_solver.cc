@@ -23,6 +23,8 @@ CompressedRows<double> WithSymmetricPattern(const SparseMatrix& K) {
 }  // namespace
 
 MultigridSolver::MultigridSolver(const SparseMatrix& K, Workers& workers)
-    : KrylovSolver(WithSymmetricPattern(K), IsSymmetric(K), workers, Team::Alone()), multigrid_(K_, workers) {}
+    : KrylovSolver(WithSymmetricPattern(K), IsSymmetric(K), workers, Team::Alone()) {
+  if (!TryDiagonal()) multigrid_.emplace(K_, workers);
+}
 
 }  // namespace dlcs
