@@ -40,8 +40,8 @@ struct PiecewiseLinear {
   double slope_before = 0, slope_after = 0;
 };
 
-// Piecewise linear: no current below `forward`, then `on_resistance`, in parallel with further ones at higher voltages.
-// With `breakdown` the same in reverse direction.
+// Piecewise linear: `off_resistance` below `forward`, then `on_resistance`, in parallel with further ones at higher
+// voltages. With `breakdown` the same in reverse direction.
 struct DiodeModel {
   double forward = 0;        // V
   double on_resistance = 0;  // ohms, >= 0
@@ -50,9 +50,9 @@ struct DiodeModel {
     double on_resistance = 0;  // ohms, > 0, in parallel with the others
   };
   std::vector<Further> further = {};
-  double off_resistance = std::numeric_limits<double>::infinity();
-  std::optional<double> breakdown = {};  // V, > 0
-  double breakdown_resistance = 0;       // ohms, >= 0
+  double off_resistance = std::numeric_limits<double>::infinity();  // above `on_resistance`
+  std::optional<double> breakdown = {};                             // V, > 0
+  double breakdown_resistance = 0;                                  // ohms, >= 0
 };
 
 // Closes where its control rises above threshold + hysteresis, opens where it falls below threshold - hysteresis.
@@ -60,8 +60,8 @@ struct SwitchModel {
   double threshold = 0;   // V or A
   double hysteresis = 0;  // >= 0
   double on_resistance = 1;
-  double off_resistance = std::numeric_limits<double>::infinity();
-  bool starts_closed = false;  // used if the control starts between the two levels
+  double off_resistance = std::numeric_limits<double>::infinity();  // above `on_resistance`
+  bool starts_closed = false;                                       // used if the control starts between the two levels
   bool is_transistor = false;  // its gate may be driven by sources and comparators only
 };
 

@@ -17,6 +17,12 @@ namespace {
 // a switch has an error of some 1e-12 of it, which must not become a voltage.
 constexpr double kHighResistance = 1e5;  // ohms
 
+// From the threshold of a switch without hysteresis to where it closes.
+constexpr double kJustAbove = 1e-9;  // V or A
+
+// What gives `on` ohms in parallel with `off` ohms, which are more.
+double ChannelOf(double on, double off) { return on / (1 - on / off); }
+
 class BranchMaker {
  public:
   BranchMaker(const Circuit& circuit, const std::vector<bool>& in_loop, const std::vector<Index>& ports)
@@ -253,7 +259,7 @@ class BranchMaker {
 
   void AddDiode(const Element& element, Index anode, Index cathode, const DiodeModel& model, const std::string& name) {
     const double sign = anode == element.plus ? 1 : -1;
-    AddPart(AddOneWay(anode, cathode, model.forward, model.on_resistance, name), sign);
+    AddPart(AddOneWay(anode, cathode, model.forward, ChannelOf(model.on_resistance, model.off_resistance), name), sign);
     for (std::size_t k = 0; k < model.further.size(); ++k) {
       const auto& [forward, ohms] = model.further[k];
       AddPart(AddOneWay(anode, cathode, forward, ohms, name + "_" + std::to_string(k + 2)), sign);
@@ -285,12 +291,13 @@ class BranchMaker {
       return AddDiode(element, forwards ? element.plus : element.minus, forwards ? element.minus : element.plus, diode,
                       element.name);
     }
-    const double limit = LargestCurrent(model.on_resistance);
+    const double channel = ChannelOf(model.on_resistance, model.off_resistance);
+    const double limit = LargestCurrent(channel);
     made_.limits.push_back({element_, limit});
     Index start = element.plus;
     if (model.on_resistance > 0) {
       start = NewNode();
-      AddPart(AddResistor(element.plus, start, model.on_resistance, kResistorOrder));
+      AddPart(AddResistor(element.plus, start, channel, kResistorOrder));
     }
     const bool in_loop = !in_loop_.empty() && in_loop_[AsSize(element_)];
     const Index gate = in_loop ? AddGate(element) : -1;
@@ -322,8 +329,9 @@ class BranchMaker {
     const SwitchModel& model = element.switching;
     std::vector<Control> controls = element.controls;
     if (model.hysteresis != 0) controls.push_back({.factor = 2 * model.hysteresis, .plus = made_.nodes});
-    return AddClamp(element, controls, -(model.threshold + model.hysteresis), std::numeric_limits<double>::infinity(),
-                    0, 1, element.name + "_gate");
+    // Without hysteresis it is open at the threshold itself, where a comparator of 0 V may rest.
+    const double level = model.threshold + (model.hysteresis != 0 ? model.hysteresis : kJustAbove);
+    return AddClamp(element, controls, -level, std::numeric_limits<double>::infinity(), 0, 1, element.name + "_gate");
   }
 
   double LargestCurrent(double on_resistance) const {

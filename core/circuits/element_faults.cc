@@ -38,8 +38,8 @@ std::string FaultOfDiode(const DiodeModel& diode) {
     if (std::isfinite(forward) && ohms > 0 && std::isfinite(ohms)) continue;
     return "a kink at " + NumberText(forward) + " V with " + NumberText(ohms) + " ohm; must be above 0";
   }
-  if (!(diode.off_resistance > 0)) {
-    return "an off-resistance of " + NumberText(diode.off_resistance) + " ohm; must be above 0";
+  if (!(diode.off_resistance > diode.on_resistance)) {
+    return "an off-resistance of " + NumberText(diode.off_resistance) + " ohm; must be above the on-resistance";
   }
   if (diode.breakdown && !(*diode.breakdown > 0)) {
     return "a breakdown voltage of " + NumberText(*diode.breakdown) + " V; must be above 0";
@@ -73,9 +73,7 @@ std::string FaultOfElement(const Element& element) {
         return "an off-resistance of " + NumberText(model.off_resistance) + " ohm; must be above the on-resistance";
       }
       if (!(model.hysteresis >= 0)) {
-        return "a hysteresis of " + NumberText(model.hysteresis) +
-               "; must be at least 0: below it LTspice has a resistance that changes smoothly between the thresholds, "
-               "ngspice one that switches where its control enters them; 0 switches at the threshold";
+        return "a hysteresis of " + NumberText(model.hysteresis) + "; must be at least 0";
       }
       if (!std::isfinite(model.threshold)) return "the threshold is not finite";
       return element.body_diode ? FaultOfDiode(*element.body_diode) : "";

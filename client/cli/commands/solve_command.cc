@@ -242,17 +242,16 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
       {.deadline = limits.deadline, .stop = limits.stop, .keep_trajectory = !as_it_comes || !command.plot.empty()});
 }
 
-// Once more, after a switch of a deck reached the largest current of its model: inductors may drive more through it
-// than the sources can.
+// Once more, after a switch of a deck reached the largest current of its model: inductors, and capacitors that currents
+// have charged, may drive more through it than the sources can.
 absl::StatusOr<SolveResult> SolveWithHigherLimits(const SolveCommand& command, v1::SolveRequest request,
-                                                  ProblemInput& input, Backend& backend, std::FILE* out,
+                                                  ProblemInput& input, Backend& backend, std::FILE* out, double factor,
                                                   const CallLimits& limits) {
-  constexpr double kFactor = 100;
   if (!command.quiet) {
     PrintNotice(fmt::format(
-        "a switch reaches the largest current of its model: solved once more, with {:g} times that current", kFactor));
+        "a switch reaches the largest current of its model: solved once more, with {:g} times that current", factor));
   }
-  if (absl::Status raised = input.RaiseLimits(kFactor); !raised.ok()) return raised;
+  if (absl::Status raised = input.RaiseLimits(factor); !raised.ok()) return raised;
   *request.mutable_problem() = input.SolveRequest({}).problem();
   if (!request.request_id().empty()) request.set_request_id(NewRequestId());
   return Watch(command, input, request, backend, out, limits);
@@ -315,10 +314,10 @@ ExitCode Run(const SolveCommand& command, SolveWays ways) {
   std::FILE* const stream = *output ? (*output)->stream() : stdout;
   const auto begin = std::chrono::steady_clock::now();
   auto result = Watch(command, *input, request, *ways.backend, stream, limits);
-  if (result.ok() && input->ReachedLimit(result->summary)) {
+  for (double factor = 100; factor <= 1e6 && result.ok() && input->ReachedLimit(result->summary); factor *= 100) {
     const CallLimits left{.deadline = limits.deadline - (std::chrono::steady_clock::now() - begin),
                           .stop = limits.stop};
-    result = SolveWithHigherLimits(command, std::move(request), *input, *ways.backend, stream, left);
+    result = SolveWithHigherLimits(command, request, *input, *ways.backend, stream, factor, left);
   }
   if (!result.ok()) return PrintCallError(result.status(), input->source());
   input->AddConcerns(result->summary);

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -74,6 +75,51 @@ TEST(NetlistTest, ASwitchThatInductorsDriveBeyondItsLimitIsSolvedOnceMore) {
   const ProgramOutcome raised = RunDlcs("solve " + file + " --tolerance 1e-7 --at 5e-5 --format csv");
   EXPECT_EQ(raised.code, 0) << raised.err;
   std::remove(file.c_str());
+}
+
+// A relaxation oscillator: 100 uA charge the capacitor, which the switch then discharges with 5 A, a number that no
+// source explains.
+TEST(NetlistTest, ASwitchThatACapacitorDrivesBeyondItsLimitIsSolvedWithHigherOnes) {
+  const auto result = Solved(
+      "I1 0 1 100u\nC1 1 0 1n\nS1 1 0 1 0 SX\n.model SX SW(VT=2.5 VH=2.475 RON=1 ROFF=10meg)\n.tran 1u 200u uic\n"
+      ".meas tran rise WHEN V(1)=3 RISE=1\n.meas tran period TRIG V(1)=3 RISE=1 TARG V(1)=3 RISE=2\n"
+      ".meas tran most MAX V(1)\n",
+      "--tolerance 1e-8");
+  std::map<std::string, double> measured;
+  for (const auto& one : result["summary"]["measurements"]) measured[one["name"]] = one["value"].get<double>();
+  // To 1000 V with 10 ms, from 0.025 V or 0; down with 1 ns, to 0.1 mV.
+  const auto charging = [](double from, double to) { return 0.01 * std::log((1000 - from) / (1000 - to)); };
+  EXPECT_NEAR(measured["rise"], charging(0, 3), 1e-12);
+  EXPECT_NEAR(measured["period"], charging(0.025, 4.975) + 1e-9 * std::log((4.975 - 1e-4) / (0.025 - 1e-4)), 1e-12);
+  EXPECT_NEAR(measured["most"], 4.975, 1e-6);
+}
+
+TEST(NetlistTest, AClosedSwitchHasItsOnResistanceAndADiodeToo) {
+  const auto result = Solved(
+      "V1 a 0 2\nVg g 0 PULSE(0 1 0.5m 1u 1u 1m 2m)\nR1 a b 10k\nS1 b 0 g 0 SX\n.model SX SW(RON=1k ROFF=10k VT=0.5)\n"
+      "R2 a c 1k\nD2 c 0 DX\n.model DX D(VFWD=0.5 RON=250 ROFF=1k)\nR3 a d 1k\nD3 0 d DX\n.tran 1u 1m\n",
+      "--tolerance 1e-10 --at 0.2e-3,1e-3");
+  EXPECT_NEAR(result["outputs"]["v(b)"][0].get<double>(), 1, 1e-9);
+  EXPECT_NEAR(Last(result, "v(b)"), 2.0 / 11, 1e-9);
+  EXPECT_NEAR(Last(result, "v(c)"), 0.7, 1e-9);  // 1.3 mA = 0.5 V/1 kohm + 0.2 V/250 ohm
+  EXPECT_NEAR(Last(result, "v(d)"), 1, 1e-9);
+}
+
+// The gate rests at 0 V, which is the threshold where .model says nothing: open, by sources and by comparators.
+TEST(NetlistTest, ASwitchIsOpenAtItsThreshold) {
+  const auto result = Solved(
+      "V1 a 0 10\nVs s 0 PULSE(0 1 0.2m 1u 1u 0.2m 1)\nVt t 0 PULSE(-1 1 0 50u 50u 1n 0.1m)\n"
+      "B1 g 0 V = V(s) > V(t) ? 1 : 0\nR1 a b 1k\nS1 b c g 0 SX\nRc c 0 1k\nB2 u 0 V = V(c) > 1 ? 1 : 0\nR2 a d 1k\n"
+      "S2 d 0 u 0 SX\nR3 a e 1k\nS3 e 0 s 0 SX\n.model SX SW(RON=1)\n.tran 1u 1m\n",
+      "--tolerance 1e-8 --at 0.3e-3,0.501e-3,0.551e-3");
+  const auto at = [&result](const char* output, int k) { return result["outputs"][output][k].get<double>(); };
+  EXPECT_NEAR(at("v(c)", 0), 10 * 1000.0 / 2001, 1e-7);
+  EXPECT_NEAR(at("v(d)", 0), 10 / 1001.0, 1e-7);
+  EXPECT_NEAR(at("v(e)", 0), 10 / 1001.0, 1e-7);
+  EXPECT_NEAR(at("v(c)", 1), 10 * 1000.0 / 2001, 1e-7);  // the carrier is low
+  EXPECT_NEAR(at("v(c)", 2), 0, 1e-7);                   // and high
+  EXPECT_NEAR(at("v(d)", 2), 10, 1e-6);
+  EXPECT_NEAR(at("v(e)", 2), 10, 1e-6);
 }
 
 TEST(NetlistTest, SourcesRepeatAndFollowFormulasOfTime) {
@@ -182,21 +228,22 @@ TEST(NetlistTest, ASwitchKeepsItsStateInTheHysteresisWhateverElseTurns) {
   }
 }
 
-// Open switches of 1 Mohm beside closed ones of 1 ohm: voltages are what is left of terms 1e12 times their size.
+// Open switches of 1 Mohm beside closed ones of 1 ohm: voltages are what is left of terms 1e12 times their size. The
+// on-resistances are 1 or 0.1 ohm in parallel with the off-resistance: with others the same terms cancel elsewhere.
 TEST(NetlistTest, PassesHysteresisWhereLargeTermsCancel) {
   const std::string switches =
       "V1 n1 0 PULSE(-5 10 0 5u 5u 300u 700u)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nS1 n2 n1 g 0 SX\n"
       "L1 n3 n2 0.0004331\nS2 0 n3 g 0 SX\nRk2 n2 0 10k\nRk3 n3 0 10k\nRc0 n3 c0 1k\nSc0 n2 0 c0 0 SH0\n"
-      ".model SH0 SW(RON=1 ROFF=1Meg VT=-1.64 VH=0.71)\nRc1 n3 c1 1k\nBc1 o1 0 V = limit(33.2*V(c1),-3,3)\n"
-      "Ro1 o1 n2 330\n.model SX SW(RON=1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3)\n";
+      ".model SH0 SW(RON={1/(1+1u)} ROFF=1Meg VT=-1.64 VH=0.71)\nRc1 n3 c1 1k\nBc1 o1 0 V = limit(33.2*V(c1),-3,3)\n"
+      "Ro1 o1 n2 330\n.model SX SW(RON={1/(1+1u)} ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3)\n";
   const auto by_switches = Solved(switches, "--at 5e-4,1e-3,1.5e-3,1.9e-3");
   // By ngspice with steps of 20 ns.
   constexpr double kSwitches[] = {-2.81319, 4.83517, 1.10788e-5, -2.81319};
   const std::string capacitors =
       "V1 n1 0 SIN(0 10 1k)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nC1 n3 n2 7.587e-06\nS1 n3 n1 g 0 SX\n"
       "Rk2 n2 0 100k\nRk3 n3 0 100k\nRc0 n3 c0 1k\nCc0 c0 0 10n\nRc1 n3 c1 1k\nCc1 c1 0 10n\n"
-      "Sc1 n2 0 c1 0 SH1\n.model SH1 SW(RON=1 ROFF=1Meg VT=-1.8 VH=0.833)\n"
-      ".model SX SW(RON=1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3)\n";
+      "Sc1 n2 0 c1 0 SH1\n.model SH1 SW(RON={1/(1+1u)} ROFF=1Meg VT=-1.8 VH=0.833)\n"
+      ".model SX SW(RON={1/(1+1u)} ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3)\n";
   const auto by_capacitors = Solved(capacitors, "--at 5e-4,1e-3,1.5e-3,1.9e-3");
   constexpr double kCapacitors[] = {2.104881, -1.49707, 5.000244, -8.68589};
   for (std::size_t k = 0; k < 4; ++k) {
@@ -206,42 +253,42 @@ TEST(NetlistTest, PassesHysteresisWhereLargeTermsCancel) {
   const std::string circuits[] = {
       "V1 n1 0 SIN(2 8 3k 0 0 30)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nD1 n2 0 DX\nC1 n3 n1 5.019e-06\n"
       "S1 n1 n2 g 0 SX\nC2 n2 n3 4.103e-07\nC3 n3 n1 5.586e-06\nCc0 c0 0 100n\nSc0 n3 0 c0 0 SH0\n"
-      ".model SH0 SW(RON=1 ROFF=1Meg VT=0.0987 VH=0.374)\n.model DX D(VFWD=0.7 RON=0.02)\n"
-      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3)\n",
+      ".model SH0 SW(RON={1/(1+1u)} ROFF=1Meg VT=0.0987 VH=0.374)\n.model DX D(VFWD=0.7 RON=0.02)\n"
+      ".model SX SW(RON={0.1/(1+0.1u)} ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3)\n",
       "V1 n1 0 SIN(0 10 1k)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nD2 n4 0 DX\nD3 n2 n4 DX\nD5 0 n3 DX\n"
       "S1 n1 n3 g 0 SX\nL4 n3 n2 0.0002967\nRk4 n4 0 10k\nRc0 n4 c0 1k\nSc0 n3 0 c0 0 SH0\n"
-      ".model SH0 SW(RON=1 ROFF=1Meg VT=-0.375 VH=0.278)\nRc1 n3 c1 1k\nCc1 c1 0 100n\n"
-      ".model DX D(VFWD=0.5 RON=0.02)\n.model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n"
+      ".model SH0 SW(RON={1/(1+1u)} ROFF=1Meg VT=-0.375 VH=0.278)\nRc1 n3 c1 1k\nCc1 c1 0 100n\n"
+      ".model DX D(VFWD=0.5 RON=0.02)\n.model SX SW(RON={0.1/(1+0.1u)} ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n"
       ".print v(n2) v(n3)\n",
       "V1 n1 0 SIN(0 10 1k)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nD1 n2 0 DX\nD2 n3 n2 DX\nS1 n4 n1 g 0 SX\n"
       "D3 n5 n4 DX\nC1 n4 n3 3.787e-08\nR1 n5 n4 365.2\nR2 n4 n2 678.1\nS2 n3 n5 g 0 SX\nR3 n2 n4 10.83\n"
       "D4 n2 n3 DX\nC2 0 n4 3.959e-08\nR4 n2 n1 3.806\nD5 n5 n4 DX\nD6 n3 n5 DX\nC3 n2 n4 3.634e-06\n"
       "L1 n2 0 0.0001574\nRk2 n2 0 10k\nRk3 n3 0 10k\nRk4 n4 0 100k\nRk5 n5 0 10k\nRc0 n3 c0 1k\nCc0 c0 0 10n\n"
-      "Sc0 n2 0 c0 0 SH0\n.model SH0 SW(RON=1 ROFF=1Meg VT=0.5 VH=0.494)\nRc1 n4 c1 1k\nCc1 c1 0 100n\n"
+      "Sc0 n2 0 c0 0 SH0\n.model SH0 SW(RON={1/(1+1u)} ROFF=1Meg VT=0.5 VH=0.494)\nRc1 n4 c1 1k\nCc1 c1 0 100n\n"
       "Bc1 o1 0 V = limit(48.6*V(c1),-3,3)\nRo1 o1 n2 330\n.model DX D(VFWD=0.01 RON=0.02)\n"
-      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4) v(n5)\n",
+      ".model SX SW(RON={0.1/(1+0.1u)} ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4) v(n5)\n",
       "V1 n1 0 PULSE(-5 10 0 5u 5u 300u 700u)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nL1 n2 0 0.001412\n"
       "D1 n3 n1 DX\nS1 n4 n3 g 0 SX\nD2 n3 n2 DX\nL2 n3 0 5.036e-05\nC1 n4 n2 3.537e-08\nS2 n2 n1 g 0 SX\n"
       "Rk2 n2 0 10k\nRk3 n3 0 100k\nRk4 n4 0 100k\nK1 L1 L2 0.89\nRc0 n3 c0 1k\nCc0 c0 0 10n\n"
       "Bc0 o0 0 V = V(c0) > -0.984 ? 4 : -2\nRo0 o0 n2 330\n.model DX D(VFWD=0.5 RON=0.1)\n"
-      ".model SX SW(RON=1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4)\n",
+      ".model SX SW(RON={1/(1+1u)} ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4)\n",
       "V1 n1 0 PULSE(-5 10 0 5u 5u 300u 700u)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nD1 n2 n1 DX\n"
       "S1 n3 n2 g 0 SX\nR1 n4 n3 75.82\nL1 n3 n2 0.009207\nC1 n2 n3 2.606e-06\nS2 n2 n3 g 0 SX\n"
       "R2 n3 n4 823.7\nS3 n1 n3 g 0 SX\nS4 n1 n3 g 0 SX\nD2 0 n3 DX\nRk2 n2 0 100k\nRk3 n3 0 100k\n"
       "Rk4 n4 0 100k\nRc0 n2 c0 1k\nCc0 c0 0 100n\nSc0 n3 0 c0 0 SH0\n"
-      ".model SH0 SW(RON=1 ROFF=1Meg VT=0.108 VH=0.453)\n.model DX D(VFWD=0.5 RON=0.02)\n"
-      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4)\n",
+      ".model SH0 SW(RON={1/(1+1u)} ROFF=1Meg VT=0.108 VH=0.453)\n.model DX D(VFWD=0.5 RON=0.02)\n"
+      ".model SX SW(RON={0.1/(1+0.1u)} ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4)\n",
       "V1 n1 0 SIN(2 8 3k 0 0 30)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nS1 n2 0 g 0 SX\nL1 n3 n1 0.001001\n"
       "R1 n4 n1 136.6\nR2 n5 0 253.8\nD1 n2 n1 DX\nD2 n1 n5 DX\nC1 n5 n3 5.52e-08\nR3 n3 n2 2.234\nD3 0 n2 DX\n"
       "D4 n1 n4 DX\nR4 n4 n1 5.797\nS2 0 n3 g 0 SX\nRk2 n2 0 100k\nRk3 n3 0 100k\nRk4 n4 0 100k\nRk5 n5 0 10k\n"
       "E1 e 0 n5 0 -2.33\nRe e n2 470\nRc0 n5 c0 1k\nCc0 c0 0 100n\nBc0 o0 0 V = limit(21*V(c0),-3,3)\n"
       "Ro0 o0 n4 330\nRc1 n4 c1 1k\nCc1 c1 0 10n\nSc1 n3 0 c1 0 SH1\n"
-      ".model SH1 SW(RON=1 ROFF=1Meg VT=-0.834 VH=0.572)\n.model DX D(VFWD=0.7 RON=0.02)\n"
-      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4) v(n5)\n",
+      ".model SH1 SW(RON={1/(1+1u)} ROFF=1Meg VT=-0.834 VH=0.572)\n.model DX D(VFWD=0.7 RON=0.02)\n"
+      ".model SX SW(RON={0.1/(1+0.1u)} ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2) v(n3) v(n4) v(n5)\n",
       "V1 n1 0 SIN(2 8 3k 0 0 30)\nVg g 0 PULSE(0 1 20u 1u 1u 80u 190u)\nR1 n2 n1 10.37\nR2 n1 n2 190.9\n"
       "S1 n2 0 g 0 SX\nL1 0 n2 0.001007\nRk2 n2 0 10k\nRc0 n1 c0 1k\nCc0 c0 0 10n\nSc0 n2 0 c0 0 SH0\n"
-      ".model SH0 SW(RON=1 ROFF=1Meg VT=0.184 VH=0.119)\n.model DX D(VFWD=0.5 RON=1)\n"
-      ".model SX SW(RON=0.1 ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2)\n"};
+      ".model SH0 SW(RON={1/(1+1u)} ROFF=1Meg VT=0.184 VH=0.119)\n.model DX D(VFWD=0.5 RON=1)\n"
+      ".model SX SW(RON={0.1/(1+0.1u)} ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2)\n"};
   for (const std::string& circuit : circuits) {
     const auto coarse = Solved(circuit, "--tolerance 1e-5 --at 1e-3,2e-3");
     const auto fine = Solved(circuit, "--tolerance 1e-8 --at 1e-3,2e-3");
