@@ -223,7 +223,7 @@ std::string Fault(const SineWave& wave) {
   if (!IsFinite({wave.offset, wave.amplitude, wave.frequency, wave.delay, wave.damping, wave.phase})) {
     return "a number of SIN is not finite";
   }
-  return wave.delay < 0 ? "TD of SIN is " + NumberText(wave.delay) + "; must be at least 0" : "";
+  return "";
 }
 
 std::string Fault(const PiecewiseLinearWave& wave) {
@@ -321,7 +321,9 @@ double StartValue(const Waveform& wave) {
       return given.delay <= 0 && given.rise == 0 && given.width + given.fall > 0 ? given.high : given.low;
     }
     double operator()(const SineWave& given) const {
-      return given.offset + given.amplitude * std::sin(given.phase * std::numbers::pi / 180);
+      const double since = std::max(0.0, -given.delay);
+      return given.offset + given.amplitude * std::exp(-given.damping * since) *
+                                std::sin(kTwoPi * given.frequency * since + given.phase * std::numbers::pi / 180);
     }
     double operator()(const PiecewiseLinearWave& given) const { return ValueAt(given, 0); }
     double operator()(const ExponentialWave& given) const { return given.first; }

@@ -27,7 +27,7 @@ struct PulseWave {
 };
 
 // offset + amplitude e^{-damping (t - delay)} sin(2π frequency (t - delay) + phase) from `delay` on, before it the
-// value at `delay`.
+// value at `delay`. It may be before 0.
 struct SineWave {
   double offset = 0, amplitude = 0;
   double frequency = 0;  // Hz

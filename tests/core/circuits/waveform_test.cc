@@ -54,6 +54,12 @@ TEST(WaveformTest, SinesStartLateAndDecay) {
   EXPECT_NEAR(ValueAt(sine, 0.3), 1 + 2 * 0.5, 1e-15);
   EXPECT_NEAR(ValueAt(sine, 3), 1 + 2 * std::exp(-0.2) * std::sin(std::numbers::pi * 2 + std::numbers::pi / 6), 1e-14);
   EXPECT_NEAR(StartValue(sine), 2, 1e-15);
+  // From before 0 on: a third of a period ahead.
+  const SineWave ahead{.offset = 1, .amplitude = 2, .frequency = 0.5, .delay = -2.0 / 3, .damping = 0.1};
+  EXPECT_NEAR(StartValue(ahead), 1 + 2 * std::exp(-0.2 / 3) * std::sin(std::numbers::pi * 2 / 3), 1e-15);
+  EXPECT_NEAR(ValueAt(ahead, 0), StartValue(ahead), 1e-14);
+  EXPECT_NEAR(ValueAt(ahead, 1), 1 + 2 * std::exp(-0.5 / 3) * std::sin(std::numbers::pi * 5 / 3), 1e-14);
+  EXPECT_EQ(FaultOf(ahead), "");
 }
 
 TEST(WaveformTest, LinesAreCutAtTheirPoints) {
