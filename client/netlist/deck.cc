@@ -40,7 +40,7 @@ class DeckReader {
     if (absl::Status status = ReadSteps(global); !status.ok()) return status;
     if (absl::Status status = ReadAnalysis(global); !status.ok()) return status;
     if (absl::Status status = circuit_.AddAll(global, deck_.output_step, stop_); !status.ok()) return status;
-    if (absl::Status status = ReadInitialConditions(global); !status.ok()) return status;
+    NoteInitialConditions();
     auto outputs = PrintedQuantities(parts_.outputs, global, circuit_, notes_);
     if (!outputs.ok()) return outputs.status();
     deck_.outputs = *std::move(outputs);
@@ -114,40 +114,8 @@ class DeckReader {
     return absl::OkStatus();
   }
 
-  // V(node)=volts and I(inductor)=amperes.
-  absl::Status ReadInitialConditions(ParameterScope& scope) {
-    for (const DeckLine* line : parts_.initial) {
-      const std::vector<DeckWord> words = WordsOf(*line);
-      for (std::size_t k = 1; k < words.size(); k += 6) {
-        const bool fits =
-            k + 5 < words.size() && words[k + 1].text == "(" && words[k + 3].text == ")" && words[k + 4].text == "=";
-        const std::string kind = Lower(words[k].text);
-        if (!fits || (kind != "v" && kind != "i")) {
-          return DeckError(line->Place(words[k].offset), ".ic is written .ic V(node)=value");
-        }
-        const auto value = ValueOf(*line, words[k + 5], scope, notes_);
-        if (!value.ok()) return value.status();
-        const std::string name = Lower(words[k + 2].text);
-        if (kind == "i") {
-          const Index element = circuit_.ElementNamed(name);
-          if (element < 0 || circuit_.circuit().elements[AsSize(element)].kind != ElementKind::kInductor) {
-            return DeckError(line->Place(words[k + 2].offset), fmt::format("\"{}\" is no inductor", words[k + 2].text));
-          }
-          if (!circuit_.circuit().uses_initial_conditions) {
-            return DeckError(line->Place(words[k].offset), ".ic of a current is supported with UIC only");
-          }
-          circuit_.circuit().elements[AsSize(element)].initial = *value;
-          continue;
-        }
-        const Index node = circuit_.NodeNamed(name);
-        if (node < 0) {
-          return DeckError(line->Place(words[k + 2].offset), fmt::format("\"{}\" is no node", words[k + 2].text));
-        }
-        if (node == 0) return DeckError(line->Place(words[k + 2].offset), "ground is at 0 V");
-        circuit_.circuit().node_voltages.push_back({node, *value});
-      }
-    }
-    if (circuit_.circuit().uses_initial_conditions) return absl::OkStatus();
+  void NoteInitialConditions() {
+    if (circuit_.circuit().uses_initial_conditions) return;
     for (const Element& element : circuit_.circuit().elements) {
       if (element.initial) {
         notes_.Add(
@@ -155,7 +123,6 @@ class DeckReader {
                         element.place, element.name));
       }
     }
-    return absl::OkStatus();
   }
 
   const DeckParts& parts_;

@@ -86,6 +86,45 @@ absl::Status DeckCircuit::Expand(const Instance& instance) {
   for (const DeckLine* line : instance.body->elements) {
     if (absl::Status status = AddElement(*line, instance); !status.ok()) return status;
   }
+  for (const DeckLine* line : instance.body->initial) {
+    if (absl::Status status = SetInitial(*line, instance); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+// V(node)=volts and I(inductor)=amperes.
+absl::Status DeckCircuit::SetInitial(const DeckLine& line, const Instance& instance) {
+  const std::vector<DeckWord> words = WordsOf(line);
+  for (std::size_t k = 1; k < words.size(); k += 6) {
+    const bool fits =
+        k + 5 < words.size() && words[k + 1].text == "(" && words[k + 3].text == ")" && words[k + 4].text == "=";
+    const std::string kind = Lower(words[k].text);
+    if (!fits || (kind != "v" && kind != "i")) {
+      return DeckError(line.Place(words[k].offset), ".ic is written .ic V(node)=value");
+    }
+    const auto value = ValueOf(line, words[k + 5], *instance.scope, notes_);
+    if (!value.ok()) return value.status();
+    const std::string name = Lower(words[k + 2].text), full = Lower(instance.prefix) + name;
+    if (kind == "i") {
+      const Index element = ElementNamed(full);
+      if (element < 0 || circuit_.elements[AsSize(element)].kind != ElementKind::kInductor) {
+        return DeckError(line.Place(words[k + 2].offset), fmt::format("\"{}\" is no inductor", words[k + 2].text));
+      }
+      if (!circuit_.uses_initial_conditions) {
+        return DeckError(line.Place(words[k].offset), ".ic of a current is supported with UIC only");
+      }
+      circuit_.elements[AsSize(element)].initial = *value;
+      continue;
+    }
+    const auto port = instance.nodes.find(name);
+    const bool is_global = parts_.globals.contains(name);
+    const Index node = port != instance.nodes.end() ? port->second : NodeNamed(is_global ? name : full);
+    if (node < 0) {
+      return DeckError(line.Place(words[k + 2].offset), fmt::format("\"{}\" is no node", words[k + 2].text));
+    }
+    if (node == 0) return DeckError(line.Place(words[k + 2].offset), "ground is at 0 V");
+    circuit_.node_voltages.push_back({node, *value});
+  }
   return absl::OkStatus();
 }
 

@@ -71,6 +71,7 @@ class DeckCircuit {
   Index NodeOf(const Instance& instance, const std::string& name);
   absl::Status Expand(const Instance& instance);
   absl::Status AddElement(const DeckLine& line, const Instance& instance);
+  absl::Status SetInitial(const DeckLine& line, const Instance& instance);
   absl::Status CheckCount(const DeckFields& fields) const;
   absl::Status Store(Element element, const DeckFields& fields);
   // The element stored next is controlled by factor times the current of the voltage source in word `k`.
@@ -84,7 +85,8 @@ class DeckCircuit {
   // deck_elements.cc
   absl::Status AddPassive(const DeckFields& fields, const Instance& instance, Element element, char kind);
   void AddRatings(const DeckFields& fields, char kind, std::set<std::string>& known);
-  absl::Status AddParasitics(const DeckFields& fields, const Instance& instance, Element& element);
+  // Those of each of `parallel` elements that are one.
+  absl::Status AddParasitics(const DeckFields& fields, const Instance& instance, double parallel, Element& element);
   absl::Status AddCoupling(const DeckFields& fields, const Instance& instance);
   absl::Status AddSource(const DeckFields& fields, const Instance& instance, Element element, char kind);
   struct FoundModel {

@@ -32,9 +32,12 @@ absl::Status DeckCircuit::AddPassive(const DeckFields& fields, const Instance& i
                      fmt::format("{} has a value of {:g}; must be above 0{}", element.name, element.value,
                                  kind == 'r' ? " (a voltage source of 0 V is a short)" : ""));
   }
-  std::set<std::string> known = {key, "rser", "rpar", "lser", "cpar"};
-  if (kind == 'r') known = {key};
+  std::set<std::string> known = {key, "m", "rser", "rpar", "lser", "cpar"};
+  if (kind == 'r') known = {key, "m"};
   AddRatings(fields, kind, known);
+  const auto parallel = NamedValue(fields, instance, "m", 1);
+  if (!parallel.ok()) return parallel.status();
+  element.value = kind == 'c' ? element.value * *parallel : element.value / *parallel;
   if (kind != 'r') {
     known.insert("ic");
     if (const auto ic = fields.named.find("ic"); ic != fields.named.end()) {
@@ -44,53 +47,60 @@ absl::Status DeckCircuit::AddPassive(const DeckFields& fields, const Instance& i
     }
   }
   if (absl::Status status = RefuseRest(fields, by_name ? 3 : 4, known); !status.ok()) return status;
-  if (absl::Status status = AddParasitics(fields, instance, element); !status.ok()) return status;
+  if (absl::Status status = AddParasitics(fields, instance, *parallel, element); !status.ok()) return status;
   return Store(std::move(element), fields);
 }
 
-// What parts of LTspice say about themselves has no effect.
+// What parts of LTspice say about themselves has no effect, nor what is of other analyses.
 void DeckCircuit::AddRatings(const DeckFields& fields, char kind, std::set<std::string>& known) {
   static const std::map<char, std::set<std::string>> kRatings = {
-      {'r', {"tol", "pwr", "mfg", "pn", "type"}},
+      {'r', {"tol", "pwr", "mfg", "pn", "type", "ac", "tc", "tc1", "tc2", "noisy"}},
       {'c', {"v", "irms", "mtbf", "mfg", "pn", "type", "pppkg", "x2"}},
       {'l', {"ipk", "irms", "mfg", "pn", "type"}}};
   for (const std::string& rating : kRatings.at(kind)) {
-    if (!fields.named.contains(rating)) continue;
+    // A temperature other than the nominal one changes a resistance.
+    const bool has_effect = rating.starts_with("tc") && parts_.sets_temperature;
+    if (!fields.named.contains(rating) || has_effect) continue;
     known.insert(rating);
     notes_.Add(fmt::format("{}: {}: {} is ignored", fields.line->Place(), fields.words[0].text, rating));
   }
 }
 
-// Resistances in series and in parallel, as LTspice has them.
-absl::Status DeckCircuit::AddParasitics(const DeckFields& fields, const Instance& instance, Element& element) {
-  std::map<std::string, double> values;
-  for (const char* name : {"rser", "rpar", "lser", "cpar"}) {
+// What is in series and in parallel with an element, as LTspice has it.
+absl::Status DeckCircuit::AddParasitics(const DeckFields& fields, const Instance& instance, double parallel,
+                                        Element& element) {
+  bool has_series = false;
+  for (const std::string name : {"rser", "lser", "rpar", "cpar"}) {
     const auto given = fields.named.find(name);
     if (given == fields.named.end()) continue;
     const auto value = Value(fields, given->second, instance);
     if (!value.ok()) return value.status();
-    const bool is_supported = *value == 0 || (std::string_view(name).starts_with('r') && *value > 0);
-    if (!is_supported || (values.contains("rser") && *value != 0)) {
+    if (*value == 0) continue;
+    const bool is_series = name.ends_with("ser");
+    const bool is_inductance = name[0] == 'l' && element.kind == ElementKind::kCapacitor;
+    const bool is_supported = name[0] == 'r' || name[0] == 'c' || is_inductance;
+    if (!(*value > 0) || !is_supported || (!is_series && has_series)) {
       return DeckError(fields.line->Place(given->second.offset),
                        fmt::format("{}: {}={} is not supported here; write it as an element", fields.words[0].text,
                                    name, given->second.text));
     }
-    if (*value != 0) values[name] = *value;
-  }
-  for (const auto& [name, ohms] : values) {
-    Element resistor;
-    resistor.name = fmt::format("{}#{}", element.name, name);
-    resistor.place = element.place;
-    resistor.plus = element.plus;
-    resistor.minus = element.minus;
-    resistor.value = ohms;
-    if (name == "rser") {
-      resistor.minus = static_cast<Index>(circuit_.nodes.size());
-      circuit_.nodes.push_back(resistor.name);
-      element.plus = resistor.minus;
+    Element part;
+    part.name = fmt::format("{}#{}", element.name, name);
+    part.place = element.place;
+    part.kind = name[0] == 'r'   ? ElementKind::kResistor
+                : name[0] == 'l' ? ElementKind::kInductor
+                                 : ElementKind::kCapacitor;
+    part.plus = element.plus;
+    part.minus = element.minus;
+    part.value = part.kind == ElementKind::kCapacitor ? *value * parallel : *value / parallel;
+    if (is_series) {
+      has_series = true;
+      part.minus = static_cast<Index>(circuit_.nodes.size());
+      circuit_.nodes.push_back(part.name);
+      element.plus = part.minus;
     }
     if (absl::Status status = CheckCount(fields); !status.ok()) return status;
-    if (absl::Status status = Store(std::move(resistor), fields); !status.ok()) return status;
+    if (absl::Status status = Store(std::move(part), fields); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -132,6 +142,7 @@ absl::Status DeckCircuit::AddSource(const DeckFields& fields, const Instance& in
     const bool is_named = word == "dc";
     if (is_named) {
       if (++k == fields.words.size()) return DeckError(fields.Place(k), "DC needs a value");
+      if (!fields.words[k].is_expression && IsWaveform(Lower(fields.words[k].text))) continue;  // as xschem writes it
     } else if (!word.empty() && std::isalpha(static_cast<unsigned char>(word[0])) != 0 && word != "(") {
       if (has_function) return DeckError(fields.Place(k), fmt::format("{} has two functions", element.name));
       const auto wave =
@@ -156,7 +167,7 @@ absl::Status DeckCircuit::AddSource(const DeckFields& fields, const Instance& in
   std::set<std::string> known = {"rser"};
   if (std::holds_alternative<PiecewiseLinearWave>(element.source)) known.insert({"r", "td"});
   if (absl::Status status = RefuseRest(fields, fields.words.size(), known); !status.ok()) return status;
-  if (absl::Status status = AddParasitics(fields, instance, element); !status.ok()) return status;
+  if (absl::Status status = AddParasitics(fields, instance, 1, element); !status.ok()) return status;
   if (const std::string fault = FaultOf(element.source); !fault.empty()) {
     return DeckError(fields.line->Place(), fmt::format("{}: {}", element.name, fault));
   }
@@ -197,10 +208,13 @@ absl::Status DeckCircuit::AddDiode(const DeckFields& fields, const Instance& ins
     if (!given.ok()) return given.status();
     area = *given;
   }
+  const auto parallel = NamedValue(fields, instance, "m", 1);
+  if (!parallel.ok()) return parallel.status();
+  area *= *parallel;
   if (!(area > 0))
     return DeckError(fields.Place(4), fmt::format("{}: an area of {:g}; must be above 0", element.name, area));
   if (fields.words.size() > used && Lower(fields.words[used].text) == "off") ++used;
-  if (absl::Status status = RefuseRest(fields, used, {"area"}); !status.ok()) return status;
+  if (absl::Status status = RefuseRest(fields, used, {"area", "m"}); !status.ok()) return status;
   const auto diode = DiodeOf(*model->model, fields.words[3].text, area, options_, *model->scope, notes_);
   if (!diode.ok()) return diode.status();
   element.diode = *diode;
@@ -216,22 +230,26 @@ absl::Status DeckCircuit::AddSwitch(const DeckFields& fields, const Instance& in
   element.kind = ElementKind::kSwitch;
   element.plus = NodeOf(instance, fields.words[1].text);
   element.minus = NodeOf(instance, fields.words[2].text);
-  const auto model = ModelOf(fields, at, instance, {by_voltage ? "sw" : "csw"});
+  const auto model =
+      ModelOf(fields, at, instance,
+              by_voltage ? std::set<std::string>{"sw", "vswitch"} : std::set<std::string>{"csw", "iswitch"});
   if (!model.ok()) return model.status();
-  const auto switching = SwitchOf(*model->model, fields.words[at].text, by_voltage, *model->scope, notes_);
-  if (!switching.ok()) return switching.status();
-  element.switching = *switching;
+  const auto made = SwitchOf(*model->model, fields.words[at].text, by_voltage, *model->scope, notes_);
+  if (!made.ok()) return made.status();
+  element.switching = made->switching;
+  const double factor = made->closes_below ? -1 : 1;
   if (by_voltage) {
-    element.controls = {
-        {.plus = NodeOf(instance, fields.words[3].text), .minus = NodeOf(instance, fields.words[4].text)}};
+    element.controls = {{.factor = factor,
+                         .plus = NodeOf(instance, fields.words[3].text),
+                         .minus = NodeOf(instance, fields.words[4].text)}};
   } else {
-    PendControl(instance, fields, 3, 1);
+    PendControl(instance, fields, 3, factor);
   }
   std::size_t used = at + 1;
   if (fields.words.size() > used) {
     const std::string word = Lower(fields.words[used].text);
     if (word == "on" || word == "off") {
-      element.switching.starts_closed = word == "on";
+      element.switching.starts_closed = (word == "on") != made->closes_below;
       ++used;
     }
   }

@@ -136,15 +136,47 @@ absl::StatusOr<DiodeModel> DiodeOf(const DeckModel& model, const std::string& na
   return diode;
 }
 
-absl::StatusOr<SwitchModel> SwitchOf(const DeckModel& model, const std::string& name, bool by_voltage,
-                                     ParameterScope& scope, DeckNotes& notes) {
-  const std::string threshold = by_voltage ? "vt" : "it", hysteresis = by_voltage ? "vh" : "ih";
-  const auto values = ValuesOf(model, name, scope, notes, {"ron", "roff", threshold, hysteresis}, {});
+absl::StatusOr<SwitchKind> SwitchOf(const DeckModel& model, const std::string& name, bool by_voltage,
+                                    ParameterScope& scope, DeckNotes& notes) {
+  const bool is_smooth = model.type == "vswitch" || model.type == "iswitch";
+  const std::string threshold = by_voltage ? "vt" : "it", hysteresis = by_voltage ? "vh" : "ih",
+                    on = by_voltage ? "von" : "ion", off = by_voltage ? "voff" : "ioff";
+  const std::set<std::string> levels = is_smooth ? std::set{on, off} : std::set{threshold, hysteresis};
+  std::set<std::string> known = {"ron", "roff"};
+  known.insert(levels.begin(), levels.end());
+  const auto values = ValuesOf(model, name, scope, notes, known, {});
   if (!values.ok()) return values.status();
-  return SwitchModel{.threshold = values->At(threshold, 0),
-                     .hysteresis = values->At(hysteresis, 0),
-                     .on_resistance = values->At("ron", 1),
-                     .off_resistance = values->At("roff", std::numeric_limits<double>::infinity())};
+  SwitchKind made;
+  SwitchModel& switching = made.switching;
+  switching.on_resistance = values->At("ron", 1);
+  switching.off_resistance = values->At("roff", is_smooth ? 1e6 : std::numeric_limits<double>::infinity());
+  double half_band = 0;
+  if (is_smooth) {
+    const double closed = values->At(on, by_voltage ? 1 : 1e-3), open = values->At(off, 0);
+    switching.threshold = (closed + open) / 2;
+    half_band = std::abs(closed - open) / 2;
+    made.closes_below = closed < open;
+  } else {
+    switching.threshold = values->At(threshold, 0);
+    switching.hysteresis = values->At(hysteresis, 0);
+    half_band = std::max(0.0, -switching.hysteresis);
+    switching.hysteresis = std::max(0.0, switching.hysteresis);
+  }
+  if (half_band > 0) {
+    notes.Add(
+        fmt::format(".model {}: a resistance that changes smoothly within {:g} of {:g} is taken as a switch at {:g}",
+                    name, half_band, switching.threshold, switching.threshold));
+  }
+  if (switching.on_resistance > switching.off_resistance) {
+    std::swap(switching.on_resistance, switching.off_resistance);
+    made.closes_below = !made.closes_below;
+  }
+  if (made.closes_below) {
+    notes.Add(fmt::format(".model {}: closed below {:g}, open above", name, switching.threshold));
+    switching.threshold = -switching.threshold;
+    switching.starts_closed = true;
+  }
+  return made;
 }
 
 absl::StatusOr<TransistorModel> TransistorOf(const DeckModel& model, const std::string& name,

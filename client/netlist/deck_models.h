@@ -20,9 +20,16 @@ namespace dlcs::client {
 absl::StatusOr<DiodeModel> DiodeOf(const DeckModel& model, const std::string& name, double area,
                                    const DeckOptions& options, ParameterScope& scope, DeckNotes& notes);
 
-// A switch that a voltage, or a current, controls. Errors: as above.
-absl::StatusOr<SwitchModel> SwitchOf(const DeckModel& model, const std::string& name, bool by_voltage,
-                                     ParameterScope& scope, DeckNotes& notes);
+// A switch.
+struct SwitchKind {
+  SwitchModel switching;      // for its control; for the control with the other sign if it closes below
+  bool closes_below = false;  // closed where the control is low
+};
+
+// A switch that a voltage, or a current, controls. One whose resistance changes smoothly between two levels of the
+// control (VSWITCH, ISWITCH; a hysteresis below 0) switches in their middle. Errors: as above.
+absl::StatusOr<SwitchKind> SwitchOf(const DeckModel& model, const std::string& name, bool by_voltage,
+                                    ParameterScope& scope, DeckNotes& notes);
 
 // A field-effect transistor that is turned on and off.
 struct TransistorModel {

@@ -34,7 +34,10 @@ class DeckSorter {
       if (const auto open_at = UnclosedIn(line.text)) {
         return DeckError(line.Place(*open_at), fmt::format("this {} is not closed", line.text[*open_at]));
       }
-      if (first[0] != '.') {
+      if (first == ")" && words.size() == 1) {
+        parts_.notes.push_back(
+            fmt::format("{}: a ) alone is ignored; a line that goes on begins with +", line.Place()));
+      } else if (first[0] != '.') {
         open.back()->elements.push_back(&line);
       } else if (first == ".subckt") {
         auto subcircuit = ReadSubcircuit(line, words);
@@ -60,6 +63,8 @@ class DeckSorter {
         if (absl::Status status = ReadModel(line, words, *open.back()); !status.ok()) return status;
       } else if (first == ".param" || first == ".params" || first == ".func") {
         open.back()->parameters.push_back(&line);
+      } else if (first == ".ic") {
+        open.back()->initial.push_back(&line);
       } else if (absl::Status status = SortCommand(line, words, first, open.size() > 1); !status.ok()) {
         return status;
       }
@@ -82,9 +87,6 @@ class DeckSorter {
         return DeckError(line.Place(), fmt::format("a second .tran; the first is at {}", parts_.tran->Place()));
       }
       parts_.tran = &line;
-    } else if (first == ".ic") {
-      if (inside) return DeckError(line.Place(), ".ic inside of .subckt is not supported");
-      parts_.initial.push_back(&line);
     } else if (first == ".step") {
       if (inside) return DeckError(line.Place(), ".step inside of .subckt is not supported");
       parts_.steps.push_back(&line);
@@ -96,6 +98,11 @@ class DeckSorter {
       if (inside) return DeckError(line.Place(), fmt::format("{} inside of .subckt is not supported", first));
       parts_.measurements.push_back(&line);
     } else if (kIgnored.contains(first)) {
+      const bool is_temperature = std::any_of(words.begin(), words.end(), [](const DeckWord& word) {
+        const std::string lower = Lower(word.text);
+        return lower == ".temp" || lower == "temp" || lower == "tnom";
+      });
+      parts_.sets_temperature = parts_.sets_temperature || is_temperature;
       parts_.notes.push_back(fmt::format("{}: {} is ignored", line.Place(), first));
     } else {
       return DeckError(line.Place(words[0].offset), fmt::format("{} is not supported", first));
@@ -112,6 +119,7 @@ class DeckSorter {
     std::size_t k = 2;
     for (; k < words.size(); ++k) {
       const std::string word = Lower(words[k].text);
+      if (word == "(" || word == ")") continue;
       if (word == "params:" || word == "params") {
         ++k;
         break;

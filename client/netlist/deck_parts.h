@@ -40,6 +40,7 @@ struct DeckSubcircuit {
 struct DeckBody {
   std::vector<const DeckLine*> elements;
   std::vector<const DeckLine*> parameters;  // .param and .func
+  std::vector<const DeckLine*> initial;     // .ic
   std::map<std::string, DeckModel> models;
   std::map<std::string, DeckSubcircuit> subcircuits;
 };
@@ -48,10 +49,11 @@ struct DeckBody {
 struct DeckParts {
   DeckBody top;
   const DeckLine* tran = nullptr;
-  std::vector<const DeckLine*> initial, outputs, measurements;  // .ic; .print, .plot, .probe and .save; .meas
-  std::vector<const DeckLine*> steps;                           // .step
-  std::set<std::string> globals;                                // nodes, in small letters
-  std::vector<std::string> notes;                               // what is ignored
+  std::vector<const DeckLine*> outputs, measurements;  // .print, .plot, .probe and .save; .meas
+  std::vector<const DeckLine*> steps;                  // .step
+  std::set<std::string> globals;                       // nodes, in small letters
+  bool sets_temperature = false;                       // by .temp or .options
+  std::vector<std::string> notes;                      // what is ignored
 };
 
 // Errors: InvalidArgument with the place, of a command that is not known, definitions that are there twice, not closed,

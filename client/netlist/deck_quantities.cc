@@ -40,12 +40,23 @@ std::size_t EndOfItem(std::string_view text, std::size_t begin) {
   return text.size();
 }
 
-// Without braces, quotes or par(...) around it.
+// Whether the parenthesis that `text` begins with is closed by its last letter.
+bool ClosesAtEnd(std::string_view text) {
+  int depth = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (text[at] == '(') ++depth;
+    if (text[at] == ')' && --depth == 0) return at + 1 == text.size();
+  }
+  return false;
+}
+
+// Without braces, quotes, parentheses or par(...) around it.
 std::string BareExpression(const std::string& text) {
   std::string bare = WithoutBraces(text);
   if (Lower(bare.substr(0, 4)) == "par(" && bare.back() == ')') {
     bare = WithoutBraces(Trimmed(std::string_view(bare).substr(4, bare.size() - 5)));
   }
+  while (bare.size() > 2 && bare[0] == '(' && ClosesAtEnd(bare)) bare = Trimmed(bare.substr(1, bare.size() - 2));
   return bare;
 }
 
@@ -89,6 +100,11 @@ std::vector<std::string> FactorsOf(const std::string& text) {
     }
   }
   return factors;
+}
+
+// p(r1) and @r1[p], as ngspice calls powers.
+bool IsPower(const std::string& lower) {
+  return lower.starts_with("p(") || (lower.starts_with("@") && lower.ends_with("[p]"));
 }
 
 // The name of a voltage or current that does not exist; empty if all do.
@@ -165,6 +181,8 @@ absl::StatusOr<std::vector<DeckQuantity>> PrintedQuantities(const std::vector<co
   bool everything = false;
   for (const DeckLine* line : lines) {
     const std::vector<DeckItem> items = ItemsOf(*line);
+    const std::string command = items.empty() ? "" : Lower(items[0].text);
+    const bool is_generated = command == ".probe" || command == ".save";  // KiCad asks for all that there is
     for (std::size_t k = 1; k < items.size(); ++k) {
       const std::string lower = Lower(items[k].text);
       if (k == 1 && lower == "tran") continue;
@@ -178,6 +196,13 @@ absl::StatusOr<std::vector<DeckQuantity>> PrintedQuantities(const std::vector<co
         continue;
       }
       auto quantity = QuantityOf(*line, items[k], scope, circuit);
+      if (!quantity.ok() && IsPower(lower)) {
+        const std::string why =
+            fmt::format("{}: a power is no curve; .meas takes products, as V(a,b)*I(R1)", items[k].text);
+        if (!is_generated) return DeckError(line->Place(items[k].offset), why);
+        notes.Add(fmt::format("{}: {}", line->Place(), why));
+        continue;
+      }
       if (!quantity.ok()) return quantity.status();
       if (quantity->factors.size() > 1) {
         return DeckError(line->Place(items[k].offset),

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -189,6 +190,11 @@ absl::StatusOr<Waveform> MakePiecewiseLinear(const DeckFields& fields, std::size
 
 }  // namespace
 
+bool IsWaveform(const std::string& lower) {
+  static const std::set<std::string> kNames = {"pulse", "sin", "sine", "pwl", "exp", "sffm"};
+  return kNames.contains(lower);
+}
+
 absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, const WaveformDefaults& defaults,
                                       ParameterScope& scope, DeckNotes& notes) {
   const std::size_t begin = k;
@@ -239,7 +245,9 @@ absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, 
       continue;
     }
     if (!in_parentheses && is_word) break;
-    if (name == "pwl" && values.size() % 2 == 0 && text.starts_with('+')) {
+    // Behind a time of 0 both meanings are the same.
+    const bool is_relative = values.size() >= 2 && values[values.size() - 2] != 0;
+    if (name == "pwl" && values.size() % 2 == 0 && is_relative && text.starts_with('+')) {
       return DeckError(fields.Place(k), fmt::format("{} of PWL: a time after the one before in LTspice, since 0 in "
                                                     "ngspice; write it without +",
                                                     text));

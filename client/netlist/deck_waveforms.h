@@ -5,6 +5,7 @@
 #define DLCS_CLIENT_NETLIST_DECK_WAVEFORMS_H_
 
 #include <cstddef>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "client/netlist/deck_fields.h"
@@ -19,6 +20,9 @@ struct WaveformDefaults {
   double stop = 0;  // TSTOP
   bool ideal_edges = false;
 };
+
+// Whether `lower` names one of these functions.
+bool IsWaveform(const std::string& lower);
 
 // The function that begins with word `k`, with its numbers in parentheses or without; `k` moves behind it. Errors:
 // InvalidArgument with the place.

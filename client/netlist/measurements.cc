@@ -157,12 +157,28 @@ class MeasurementReader {
     Measurement& measurement = made_.measurement;
     const std::size_t keyword = at_;
     const std::string kind = Word(at_++);
+    // MAX(V(out)) is MAX V(out).
+    const std::size_t open = kind.find('(');
+    if (const auto found = kOverTime.find(kind.substr(0, open));
+        open != std::string::npos && found != kOverTime.end()) {
+      measurement.kind = found->second;
+      const DeckItem& item = items_[keyword];
+      auto read = QuantityOf(line_, {item.text.substr(open), item.offset + open}, scope_, circuit_);
+      if (!read.ok()) return read.status();
+      made_.measured = *std::move(read);
+      return TakeWindow();
+    }
     if (const auto found = kOverTime.find(kind); found != kOverTime.end()) {
       measurement.kind = found->second;
       if (absl::Status status = TakeQuantity(made_.measured); !status.ok()) return status;
       return TakeWindow();
     }
     if (kind == "param") return TakeFormula();
+    if (kind == "find" && Word(at_) == "time" && Word(at_ + 1) == "when") {
+      at_ += 2;
+      measurement.kind = MeasurementKind::kTime;
+      return TakeCondition(measurement.at.emplace(), made_.at);
+    }
     if (kind == "find" || kind == "deriv" || kind == "derivative") {
       measurement.kind = kind == "find" ? MeasurementKind::kValue : MeasurementKind::kSlope;
       if (absl::Status status = TakeQuantity(made_.measured); !status.ok()) return status;
@@ -208,10 +224,19 @@ class MeasurementReader {
 
   absl::Status TakeQuantity(DeckQuantity& quantity) {
     if (at_ >= items_.size()) return Fail("ends before what is measured");
-    auto read = QuantityOf(line_, items_[at_], scope_, circuit_);
+    // Blanks may stand around operators.
+    static const std::string kOperators = "+-*/";
+    DeckItem item = items_[at_++];
+    for (; at_ < items_.size(); ++at_) {
+      const std::string& next = items_[at_].text;
+      const bool goes_on =
+          kOperators.find(item.text.back()) != std::string::npos || kOperators.find(next.front()) != std::string::npos;
+      if (!goes_on || next == "=") break;
+      item.text += next;
+    }
+    auto read = QuantityOf(line_, item, scope_, circuit_);
     if (!read.ok()) return read.status();
     quantity = *std::move(read);
-    ++at_;
     return absl::OkStatus();
   }
 

@@ -312,6 +312,70 @@ TEST(DeckTest, ReadsResistancesOfPartsAndIgnoresTheirRatings) {
   EXPECT_THAT(deck.notes, Contains(HasSubstr("ipk is ignored")));
 }
 
+// Two of each kind in parallel, with what is in them; C2 is a resistance, an inductance and a capacitance in series.
+TEST(DeckTest, ReadsInductancesAndNumbersOfParts) {
+  const Deck deck = Good(
+      "V1 a 0 DC PWL(0 0 +1u 1)\nC2 a 0 47u Rser=10m Lser=2n m=2\nL1 a b 4m m=2 Cpar=3p\nR1 b 0 1k ac=5 tc=0.1 m=2\n"
+      "D1 b 0 DX m=2\n.model DX D(RON=1)\n" +
+      std::string(kRest));
+  EXPECT_EQ(std::get<PiecewiseLinearWave>(Named(deck, "V1").source).times.back(), 1e-6);
+  EXPECT_EQ(Named(deck, "C2").value, 94e-6);
+  EXPECT_EQ(Named(deck, "C2#rser").value, 5e-3);
+  EXPECT_EQ(Named(deck, "C2#lser").kind, ElementKind::kInductor);
+  EXPECT_EQ(Named(deck, "C2#lser").value, 1e-9);
+  EXPECT_EQ(Named(deck, "C2#lser").plus, Named(deck, "C2#rser").minus);
+  EXPECT_EQ(Named(deck, "C2").plus, Named(deck, "C2#lser").minus);
+  EXPECT_EQ(Named(deck, "L1").value, 2e-3);
+  EXPECT_EQ(Named(deck, "L1#cpar").value, 6e-12);
+  EXPECT_EQ(Named(deck, "R1").value, 500);
+  EXPECT_EQ(Named(deck, "D1").diode.on_resistance, 0.5);
+  EXPECT_THAT(deck.notes, AllOf(Contains(HasSubstr("R1: ac is ignored")), Contains(HasSubstr("R1: tc is ignored"))));
+}
+
+TEST(DeckTest, ASwitchThatChangesSmoothlyIsOneInTheMiddle) {
+  const Deck deck = Good(
+      "V1 a 0 1\nVg g 0 1\nS1 a b g 0 SV\nS2 b 0 g 0 SN ON\nS3 b 0 g 0 SL\nW1 a 0 Vg WI\nS4 b 0 g 0 SR OFF\n"
+      ".model SV VSWITCH(RON=2 VON=4 VOFF=1)\n.model SN VSWITCH(VON=1 VOFF=4 ROFF=1G)\n"
+      ".model SL SW(VT=3 VH=-0.5)\n.model WI ISWITCH(ION=3m IOFF=1m)\n.model SR SW(RON=1meg ROFF=1 VT=2 VH=0.5)\n" +
+      std::string(kRest));
+  const SwitchModel& one = Named(deck, "S1").switching;
+  EXPECT_EQ(one.threshold, 2.5);
+  EXPECT_EQ(one.hysteresis, 0);
+  EXPECT_EQ(one.on_resistance, 2);
+  EXPECT_EQ(one.off_resistance, 1e6);
+  EXPECT_EQ(Named(deck, "S2").controls[0].factor, -1);
+  EXPECT_EQ(Named(deck, "S2").switching.threshold, -2.5);
+  EXPECT_EQ(Named(deck, "S2").switching.off_resistance, 1e9);
+  EXPECT_FALSE(Named(deck, "S2").switching.starts_closed);  // ON is where its control is high
+  EXPECT_EQ(Named(deck, "S3").switching.threshold, 3);
+  EXPECT_EQ(Named(deck, "S3").switching.hysteresis, 0);
+  EXPECT_EQ(Named(deck, "W1").switching.threshold, 2e-3);
+  EXPECT_EQ(Named(deck, "W1").switching.on_resistance, 1);
+  const Element& inverted = Named(deck, "S4");
+  EXPECT_EQ(inverted.controls[0].factor, -1);
+  EXPECT_EQ(inverted.switching.on_resistance, 1);
+  EXPECT_EQ(inverted.switching.off_resistance, 1e6);
+  EXPECT_EQ(inverted.switching.hysteresis, 0.5);
+  EXPECT_TRUE(inverted.switching.starts_closed);
+  EXPECT_THAT(deck.notes, AllOf(Contains(HasSubstr(".model SV: a resistance that changes smoothly within 1.5 of 2.5")),
+                                Contains(HasSubstr(".model SN: closed below 2.5")),
+                                Contains(HasSubstr(".model SR: closed below 2, open above"))));
+}
+
+TEST(DeckTest, ReadsWhatOtherProgramsWrite) {
+  const Deck deck = Good(
+      ".subckt NET (p q)\nR1 p m 1\nC1 m q 1u\n.ic V(m)={u} V(p)=3\n.param u=2\n.ends\nX1 (a b) NET\nR2 b 0 1\n"
+      ".model DX D(\n+ RON=1\n)\nD1 b 0 DX\n.probe alli\n.probe p(R2)\n.save @r2[p]\n" +
+      std::string(kRest));
+  ASSERT_EQ(deck.circuit.node_voltages.size(), 2);
+  EXPECT_EQ(deck.circuit.nodes[AsSize(deck.circuit.node_voltages[0].node)], "X1.m");
+  EXPECT_EQ(deck.circuit.node_voltages[0].volts, 2);
+  EXPECT_EQ(deck.circuit.nodes[AsSize(deck.circuit.node_voltages[1].node)], "a");
+  EXPECT_THAT(deck.notes, AllOf(Contains(HasSubstr("p(R2): a power is no curve")), Contains(HasSubstr("a ) alone"))));
+  EXPECT_TRUE(deck.outputs.empty());  // all
+  EXPECT_THAT(Fault("R1 a 0 1\n.print tran p(R1)\n" + std::string(kRest)), HasSubstr("a power is no curve"));
+}
+
 TEST(DeckTest, StepsAreTheCombinationsOfTheirValues) {
   const Deck deck = Good(
       ".step param R 1 2 0.5\n.step dec param C 1u 100u 1\n.step param k list 7 5\n.param R=3\n"
@@ -401,7 +465,8 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("R1 a 0 {2*3\n" + rest), AllOf(HasSubstr("a.cir:2:8"), HasSubstr("this { is not closed")));
   EXPECT_THAT(Fault("R1 a 0 '2*3 IC=1\n" + rest), AllOf(HasSubstr("a.cir:2:8"), HasSubstr("this ' is not closed")));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1m 1u\n"), HasSubstr("TSTEP = 0.001 is longer than TSTOP = 1e-06"));
-  EXPECT_THAT(Fault("R1 a 0 1k tc1=0.1\n" + rest), HasSubstr("tc1=0.1 is not supported"));
+  EXPECT_THAT(Fault("R1 a 0 1k tc1=0.1\n.temp 50\n" + rest), HasSubstr("tc1=0.1 is not supported"));
+  EXPECT_THAT(Fault("R1 a 0 1k m=0\n" + rest), HasSubstr("m=0; must be above 0"));
   EXPECT_THAT(Fault("R1 a 0 0\n" + rest), HasSubstr("must be above 0"));
   EXPECT_THAT(Fault("R1 a 0 4k7\n" + rest),
               AllOf(HasSubstr("a.cir:2:8"), HasSubstr("\"4k7\" is no number; write 4.7k")));
@@ -425,7 +490,8 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault(".step param r 1 2 0\nR1 a 0 1\n" + rest), HasSubstr("do not lead from 1 to 2"));
   EXPECT_THAT(Fault(".step temp 1 2 1\nR1 a 0 1\n" + rest), HasSubstr(".step param NAME"));
   EXPECT_THAT(Fault(".step param r 1 2 1\n.step param R 1 2 1\nR1 a 0 1\n" + rest), HasSubstr("stepped twice"));
-  EXPECT_THAT(Fault("R1 a 0 1\nC2 a 0 1u lser=1n\n" + rest), HasSubstr("write it as an element"));
+  EXPECT_THAT(Fault("R1 a 0 1\nC2 a 0 1u rser=1 cpar=1n\n" + rest), HasSubstr("write it as an element"));
+  EXPECT_THAT(Fault("R1 a 0 1\nL2 a 0 1u lser=1n\n" + rest), HasSubstr("write it as an element"));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1m startup\n"), HasSubstr("startup of .tran is not supported"));
   EXPECT_THAT(Fault("R1 a 0 1\nC1 a 0 1u\n"), HasSubstr("a.cir: the deck has no .tran"));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1u 0\n"), HasSubstr("TSTOP"));
@@ -435,7 +501,8 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("V1 a 0 WAVE(1)\n" + rest), HasSubstr("function WAVE is not supported"));
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1)\n" + rest), HasSubstr("pairs"));
   EXPECT_THAT(Fault("V1 a 0 PWL REPEAT FOREVER (0 0 1 1) r=0\n" + rest), HasSubstr("by REPEAT or by r="));
-  EXPECT_THAT(Fault("V1 a 0 PWL(0 0 +1u 1)\n" + rest), AllOf(HasSubstr("+1u"), HasSubstr("LTspice")));
+  EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1u 0 +1u 1)\n" + rest), AllOf(HasSubstr("+1u"), HasSubstr("LTspice")));
+  EXPECT_THAT(Fault("V1 a 0 DC nix\n" + rest), HasSubstr("\"nix\" is no number"));
   EXPECT_THAT(Fault("F1 a 0 R1 2\nR1 a 0 1\n" + rest), HasSubstr("is no voltage source"));
   EXPECT_THAT(Fault("K1 L1 L2 0.5\nL1 a 0 1\n" + rest), HasSubstr("\"L2\" is no inductor"));
   EXPECT_THAT(Fault("K1 L1 L2 1.1\nL1 a 0 1\nL2 a 0 1\n" + rest), HasSubstr("at most 1"));

@@ -49,6 +49,8 @@ TEST(MeasurementsTest, AreThoseOfTheExactSolution) {
       ".meas tran most MAX V(out)\n.meas tran swing PP V(out) FROM=1m\n.meas tran now FIND I(R1) AT=1m\n"
       ".meas tran then FIND I(R1) WHEN V(out)=half\n.meas tran meet WHEN V(out)='V(in)-V(out)' RISE=1\n"
       ".meas tran rise TRIG V(out) VAL=1 RISE=1 TARG V(out) VAL='0.9*top' RISE=LAST\n"
+      ".meas tran blank INTEG V(in,out) * I(R1)\n.meas tran bracket INTEG (V(in,out)*I(R1)) FROM {0} TO {4m}\n"
+      ".meas tran when FIND time WHEN V(out)=half\n.meas largest max(V(out))\n"
       ".meas tran since TRIG AT=0.5m TARG V(out) VAL={half} CROSS=1\n.meas tran sum AVG par('2*V(out)-V(in)+1')\n");
   const double e = std::exp(-4.0);
   const auto value = [&m](const char* name) { return m[name]["value"].get<double>(); };
@@ -57,6 +59,10 @@ TEST(MeasurementsTest, AreThoseOfTheExactSolution) {
   EXPECT_NEAR(value("effective"), 0.01 * std::sqrt((1 - e * e) / 8), 1e-11);
   EXPECT_NEAR(value("charge"), 1e-5 * (1 - e), 1e-14);
   EXPECT_NEAR(value("energy"), 1e-4 * (1 - e * e) / 2, 1e-13);
+  EXPECT_EQ(value("blank"), value("energy"));
+  EXPECT_EQ(value("bracket"), value("energy"));
+  EXPECT_NEAR(value("when"), 1e-3 * std::log(2.0), 1e-12);
+  EXPECT_EQ(value("largest"), value("most"));
   EXPECT_NEAR(value("least"), 10 * e, 1e-8);
   EXPECT_NEAR(m["least"]["time"].get<double>(), 4e-3, 1e-15);
   EXPECT_NEAR(value("most"), 10 * (1 - e), 1e-8);
