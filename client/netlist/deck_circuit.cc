@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -44,6 +45,30 @@ bool HasOwnParameter(const DeckBody& body, const std::string& name) {
     }
   }
   return false;
+}
+
+// Whether `name` is a word of `text`.
+bool HasWord(const std::string& text, const std::string& name) {
+  const std::string lower = Lower(text);
+  const auto is_part = [&lower](std::size_t at) {
+    return at < lower.size() && (std::isalnum(static_cast<unsigned char>(lower[at])) != 0 || lower[at] == '_');
+  };
+  for (std::size_t at = lower.find(name); at != std::string::npos; at = lower.find(name, at + 1)) {
+    if ((at == 0 || !is_part(at - 1)) && !is_part(at + name.size())) return true;
+  }
+  return false;
+}
+
+// Whether an expression of the subcircuit has a parameter of this name, which it need not declare in LTspice.
+bool UsesParameter(const DeckBody& body, const std::string& name) {
+  const auto uses = [&name](const DeckLine* line) {
+    if (Lower(line->text)[0] == 'b' || line->text[0] == '.') return HasWord(line->text, name);
+    const std::vector<DeckWord> words = WordsOf(*line);
+    return std::any_of(words.begin(), words.end(),
+                       [&name](const DeckWord& word) { return word.is_expression && HasWord(word.text, name); });
+  };
+  return std::any_of(body.elements.begin(), body.elements.end(), uses) ||
+         std::any_of(body.parameters.begin(), body.parameters.end(), uses);
 }
 
 }  // namespace
@@ -242,7 +267,8 @@ absl::StatusOr<std::set<std::string>> DeckCircuit::GiveParameters(const DeckFiel
   std::set<std::string> given;
   for (std::size_t k = 0; k < subcircuit.defaults.size(); k += 2) own.push_back(Lower(subcircuit.defaults[k].text));
   for (const auto& [name, word] : fields.named) {
-    if (std::find(own.begin(), own.end(), name) == own.end() && !HasOwnParameter(*subcircuit.body, name)) {
+    if (std::find(own.begin(), own.end(), name) == own.end() && !HasOwnParameter(*subcircuit.body, name) &&
+        !UsesParameter(*subcircuit.body, name)) {
       return DeckError(fields.line->Place(word.offset),
                        fmt::format("{}: .subckt {} has no parameter {}", fields.words[0].text, subcircuit.name, name));
     }

@@ -162,7 +162,8 @@ class Splitter {
       if (close == std::string_view::npos) return DeckError(line.Place(), "a file name without closing quote");
       name = rest.substr(0, close + 1);
       if (const std::string_view more = Stripped(rest.substr(close + 1)); !more.empty()) section = Lower(more);
-    } else if (const std::size_t blank = rest.find_first_of(" \t"); is_library && blank != std::string_view::npos) {
+    } else if (const std::size_t blank = rest.find_first_of(" \t");
+               is_library && blank != std::string_view::npos && !IsStandardLibrary(rest)) {
       name = rest.substr(0, blank);
       section = Lower(Stripped(rest.substr(blank)));
     }

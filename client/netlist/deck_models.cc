@@ -115,6 +115,9 @@ absl::StatusOr<DiodeModel> DiodeOf(const DeckModel& model, const std::string& na
              .on_resistance = at("ron", 1) / area,
              .off_resistance = at("roff", std::numeric_limits<double>::infinity()) / area};
     rule = "from VFWD, RON and ROFF";
+    for (const char* exponential : {"is", "js", "n", "rs"}) {
+      if (values->Has(exponential)) rule = "from VFWD, RON and ROFF; IS, N and RS are ignored, as in LTspice";
+    }
   } else {
     const double saturation = at("is", at("js", 1e-14)) * area, slope = at("n", 1) * kThermalVoltage;
     if (!(saturation > 0) || !(slope > 0)) {

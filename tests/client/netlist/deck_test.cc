@@ -373,6 +373,15 @@ TEST(DeckTest, ReadsWhatOtherProgramsWrite) {
   EXPECT_EQ(deck.circuit.nodes[AsSize(deck.circuit.node_voltages[1].node)], "a");
   EXPECT_THAT(deck.notes, AllOf(Contains(HasSubstr("p(R2): a power is no curve")), Contains(HasSubstr("a ) alone"))));
   EXPECT_TRUE(deck.outputs.empty());  // all
+  // A parameter that the subcircuit does not declare, the path of a library with blanks, two models in one.
+  const Deck of_ltspice = Good(
+      "XX1 a 0 NET params: N1=5 m=2\n.subckt NET p q\nL1 p q {N1*N1*m} Rser=1u\n.ends\nV1 a 0 1\nD1 a 0 DX\n"
+      ".model DX D(VFWD=0.7 RS=1m)\n.lib C:\\Program Files\\LTC\\LTspiceXVII\\lib\\cmp\\standard.dio\n" +
+      std::string(kRest));
+  EXPECT_EQ(Named(of_ltspice, "XX1.L1").value, 50);
+  EXPECT_EQ(Named(of_ltspice, "D1").diode.on_resistance, 1);
+  EXPECT_THAT(of_ltspice.notes, AllOf(Contains(HasSubstr("standard.dio is a library of another program")),
+                                      Contains(HasSubstr("IS, N and RS are ignored"))));
   EXPECT_THAT(Fault("R1 a 0 1\n.print tran p(R1)\n" + std::string(kRest)), HasSubstr("a power is no curve"));
 }
 
