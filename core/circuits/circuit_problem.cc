@@ -13,6 +13,7 @@
 #include "core/circuits/circuit_states.h"
 #include "core/circuits/element_faults.h"
 #include "core/circuits/first_branch.h"
+#include "core/circuits/floating_nodes.h"
 #include "core/circuits/gate.h"
 #include "core/circuits/operating_point.h"
 #include "core/circuits/solution_blocks.h"
@@ -269,6 +270,7 @@ class Formulation {
     if (states_.num_pairs() == 0) AddIdlePair(made);
     for (const std::string& note : graph_.notes) made.notes.push_back(note);
     for (const std::string& note : notes_) made.notes.push_back(note);
+    for (std::string& note : NotesOnFloatingNodes(circuit_)) made.notes.push_back(std::move(note));
     return made;
   }
 

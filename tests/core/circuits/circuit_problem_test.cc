@@ -188,6 +188,36 @@ TEST(CircuitProblemTest, RefusesWhatHasNoAnswer) {
               AllOf(HasSubstr("no operating point"), HasSubstr("D1")));
 }
 
+TEST(CircuitProblemTest, SaysWhichPotentialsBlockingDiodesLeaveOpen) {
+  const Element drive = Source("V1", 1, 0, SineWave{.amplitude = 5, .frequency = 50});
+  DiodeModel leaky;
+  leaky.off_resistance = 1e6;
+  const auto notes = [](std::vector<std::string> nodes, std::vector<Element> elements) {
+    const auto made = MakeCircuitProblem(CircuitOf(std::move(nodes), std::move(elements), 1e-2));
+    EXPECT_TRUE(made.ok()) << made.status();
+    return made.ok() ? made->notes : std::vector<std::string>();
+  };
+  // Two diodes in series; one of them with a leak; one between a source and a resistor.
+  EXPECT_THAT(
+      notes({"0", "a", "b", "c"}, {drive, Diode("D1", 1, 2, {}), Diode("D2", 2, 3, {}), Resistor("R1", 3, 0, 1)}),
+      ElementsAre(HasSubstr("all diodes and switches at b block, the potential of this part is not determined")));
+  EXPECT_THAT(
+      notes({"0", "a", "b", "c"}, {drive, Diode("D1", 1, 2, leaky), Diode("D2", 2, 3, {}), Resistor("R1", 3, 0, 1)}),
+      ElementsAre());
+  EXPECT_THAT(notes({"0", "a", "b"}, {drive, Diode("D1", 1, 2, {}), Resistor("R1", 2, 0, 1)}), ElementsAre());
+  // A bridge whose load has no path to ground, unless a source drives a current into it.
+  const std::vector<Element> bridge = {drive,
+                                       Diode("D1", 1, 2, {}),
+                                       Diode("D2", 0, 2, {}),
+                                       Diode("D3", 3, 1, {}),
+                                       Diode("D4", 3, 0, {}),
+                                       Resistor("R1", 2, 3, 100)};
+  EXPECT_THAT(notes({"0", "a", "p", "n"}, bridge), ElementsAre(HasSubstr("at p and n block")));
+  std::vector<Element> driven = bridge;
+  driven.push_back(Source("I1", 0, 2, ConstantWave{1}));
+  EXPECT_THAT(notes({"0", "a", "p", "n"}, driven), ElementsAre());
+}
+
 TEST(CircuitProblemTest, ASwitchKeepsTheMatricesAndItsGateIsInG) {
   Element closing = Part(ElementKind::kSwitch, "S1", 1, 2, 0);
   closing.switching = {.threshold = 0.5, .on_resistance = 1};
