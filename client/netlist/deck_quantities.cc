@@ -176,7 +176,7 @@ absl::StatusOr<std::vector<DeckQuantity>> PrintedQuantities(const std::vector<co
                                                             ParameterScope& scope, const DeckCircuit& circuit,
                                                             DeckNotes& notes) {
   static const std::set<std::string> kOtherAnalyses = {"ac", "dc", "op", "noise", "disto", "tf"};
-  static const std::set<std::string> kEverything = {"all", "alli", "allv"};
+  static const std::set<std::string> kEverything = {"all", "alli", "allv", "i(*)", "v(*)"};
   std::vector<DeckQuantity> printed;
   bool everything = false;
   for (const DeckLine* line : lines) {

@@ -367,7 +367,7 @@ TEST(DeckTest, ASwitchThatChangesSmoothlyIsOneInTheMiddle) {
 TEST(DeckTest, ReadsWhatOtherProgramsWrite) {
   const Deck deck = Good(
       ".subckt NET (p q)\nR1 p m 1\nC1 m q 1u\n.ic V(m)={u} V(p)=3\n.param u=2\n.ends\nX1 (a b) NET\nR2 b 0 1\n"
-      ".model DX D(\n+ RON=1\n)\nD1 b 0 DX\n.probe alli\n.probe p(R2)\n.save @r2[p]\n" +
+      ".model DX D(\n+ RON=1\n)\nD1 b 0 DX\n.probe alli\n.probe p(R2)\n.save @r2[p]\n.save V(*) I(*)\n" +
       std::string(kRest));
   ASSERT_EQ(deck.circuit.node_voltages.size(), 2);
   EXPECT_EQ(deck.circuit.nodes[AsSize(deck.circuit.node_voltages[0].node)], "X1.m");
