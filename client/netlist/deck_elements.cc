@@ -280,8 +280,10 @@ absl::Status DeckCircuit::AddTransistor(const DeckFields& fields, const Instance
   const Index drain = NodeOf(instance, fields.words[1].text), gate = NodeOf(instance, fields.words[2].text),
               source = NodeOf(instance, fields.words[3].text);
   if (has_bulk && NodeOf(instance, fields.words[4].text) != source) {
-    return DeckError(fields.Place(4), fmt::format("{}: the bulk {} is not at the source {}, which is not supported",
-                                                  element.name, fields.words[4].text, fields.words[3].text));
+    return DeckError(fields.Place(4),
+                     fmt::format("{}: the bulk {} is not at the source {}, which is not supported; a power MOSFET has "
+                                 "them together, others are written as a switch S with diodes D",
+                                 element.name, fields.words[4].text, fields.words[3].text));
   }
   TransistorSize size;
   const auto width = NamedValue(fields, instance, "w", 1), length = NamedValue(fields, instance, "l", 1),

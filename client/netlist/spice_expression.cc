@@ -306,7 +306,9 @@ class ExpressionReader {
     if (name == "e") return {std::numbers::e};
     if (name == "time") {
       if (maker_ != nullptr && *maker_) return OfTime("t");
-      return Fail("time is allowed in B, E and G elements only; sources have SIN, PULSE, PWL, EXP and SFFM");
+      return Fail(
+          "time is allowed in the expressions of B, E and G elements only, and not in their parameters; sources have "
+          "SIN, PULSE, PWL, EXP and SFFM");
     }
     const std::string shown(text_.substr(at_ - name.size(), name.size()));
     at_ -= name.size();

@@ -452,7 +452,8 @@ TEST(DeckTest, ReadsTheMicroOfLtspice) {
 TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   const std::string rest = kRest;
   EXPECT_THAT(Fault("M1 a b 0 0 NM\n" + rest), AllOf(HasSubstr("a.cir:2:12: M1"), HasSubstr("no .model NM")));
-  EXPECT_THAT(Fault("M1 a b 0 c NM\n.model NM NMOS(VTO=2)\n" + rest), HasSubstr("the bulk c is not at the source 0"));
+  EXPECT_THAT(Fault("M1 a b 0 c NM\n.model NM NMOS(VTO=2)\n" + rest),
+              AllOf(HasSubstr("the bulk c is not at the source 0"), HasSubstr("a switch S with diodes D")));
   EXPECT_THAT(Fault("M1 a b 0 0 NM W=1u\n.model NM NMOS(VTO=2)\n" + rest), HasSubstr("W and L must be given together"));
   EXPECT_THAT(Fault("M1 a b 0 0 NM\n.model NM NMOS(LEVEL=8 VTH0=1)\n" + rest), HasSubstr("LEVEL=8 is not supported"));
   EXPECT_THAT(Fault("M1 a b 0 NM\n.model NM VDMOS(VTO=12)\n" + rest), HasSubstr("a threshold of 12 V"));

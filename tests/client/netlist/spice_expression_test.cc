@@ -54,7 +54,8 @@ TEST(SpiceExpressionTest, NamesWhatIsWrong) {
   EXPECT_THAT(fault("(1"), HasSubstr("missing"));
   EXPECT_THAT(fault("1 2"), HasSubstr("column 3"));
   EXPECT_THAT(fault("v(a)"), HasSubstr("B, E and G"));
-  EXPECT_THAT(fault("time"), HasSubstr("time is allowed in B, E and G elements only"));
+  EXPECT_THAT(fault("time"),
+              HasSubstr("time is allowed in the expressions of B, E and G elements only, and not in their parameters"));
   EXPECT_THAT(fault(std::string(1000, '(')), HasSubstr("nested"));
   EXPECT_THAT(fault(std::string(1000, '-')), HasSubstr("nested"));
 }
