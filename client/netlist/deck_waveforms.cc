@@ -66,11 +66,12 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
       notes.Add(fmt::format("{}: PULSE of {} has ramps of 0 and .tran no TSTEP: its edges are jumps",
                             fields.Place(begin), fields.words[0].text));
     }
-    // Ramps that fill the period leave no time, whatever the program.
+    // Ramps that fill the period are meant as a triangle, though ngspice cuts the second one.
     const bool is_triangle = wave.period > 0 && std::abs(wave.rise + wave.fall - wave.period) <= 1e-6 * wave.period;
     if (wave.width == 0 && is_triangle) {
-      notes.Add(fmt::format("{}: PULSE of {} is a triangle: PW is 0 and TR + TF = PER, as in LTspice",
-                            fields.Place(begin), fields.words[0].text));
+      notes.Add(fmt::format(
+          "{}: PULSE of {} is a triangle: PW is 0 and TR + TF = PER, as in LTspice (ngspice takes TSTOP for PW)",
+          fields.Place(begin), fields.words[0].text));
     } else if (wave.width == 0 && wave.period > 0) {
       return DeckError(fields.Place(begin),
                        fmt::format("PW of PULSE of {} is 0, which is TSTOP in ngspice and no time in "
