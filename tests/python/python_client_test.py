@@ -105,8 +105,9 @@ class SolveTest(unittest.TestCase):
             return [float(t >= 0.3)]
 
         one = {"A": [[-1]], "B": [[0]], "N": [[0]], "M": [[1]], "x0": [0], "t_span": (0, 1)}
-        with self.assertRaisesRegex(dlcs.InvalidArgument, r"f: is not resolved near t = 0\.(3000|2999)"):
+        with self.assertRaisesRegex(dlcs.InvalidArgument, r"f: is not resolved near t = 0\.(3000|2999)") as caught:
             dlcs.solve(**one, f=step)
+        self.assertEqual([violation.field for violation in caught.exception.violations], ["f"])
         sol = dlcs.solve(**one, f=step, breaks=[0.3], tol=1e-9)
         self.assertLess(abs(sol.x[0, -1] - (1 - math.exp(-0.7))), 1e-9)
         for bad, word in ((lambda t: [1, 2], "shape"), (lambda t: [math.nan], "must be finite")):
@@ -235,8 +236,9 @@ class OutputsTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "bad.cir"
             path.write_text("title\nR1 a 0 4k7\n.tran 1u 1m\n")
-            with self.assertRaisesRegex(dlcs.InvalidArgument, 'bad.cir:2:8: .*"4k7" is no number'):
+            with self.assertRaisesRegex(dlcs.InvalidArgument, 'bad.cir:2:8: .*"4k7" is no number') as caught:
                 dlcs.read_deck(path, dlcs=DLCS)
+            self.assertEqual([violation.field for violation in caught.exception.violations], ["path"])
             with self.assertRaisesRegex(dlcs.InvalidArgument, "no-such-deck.cir"):
                 dlcs.read_deck(f"{folder}/no-such-deck.cir", dlcs=DLCS)
         with self.assertRaisesRegex(dlcs.Unavailable, "no-such-dlcs is not a program"):

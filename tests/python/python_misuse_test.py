@@ -90,6 +90,10 @@ class ArgumentsTest(unittest.TestCase):
                     self.assertEqual([v.field for v in raised.exception.violations], [field], raised.exception)
                     self.assertLess(len(str(raised.exception)), 300)
 
+    def test_that_disagree_are_named_together(self):
+        with self.assertRaisesRegex(dlcs.InvalidArgument, "A: is 1 x 1; must be 2 x 2, since x0 has 2 values"):
+            dlcs.solve(**(DECAY | {"x0": [1, 2]}))
+
     def test_that_are_not_finite_are_refused_by_the_server(self):
         for argument, field in (("A", "problem.a[0][0]"), ("x0", "problem.x0[0]"), ("f", "problem.f[0]")):
             value = [[NAN]] if argument == "A" else [NAN]

@@ -6,7 +6,7 @@ import subprocess
 from typing import Any, List, Optional
 
 from . import messages
-from .errors import InvalidArgument, Unavailable, invalid, shortened
+from .errors import InvalidArgument, Unavailable, Violation, invalid, shortened
 from .problem import Problem, numbers
 from .programs import find_program
 
@@ -57,7 +57,8 @@ def read_deck(
     run = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True)
     lines = _lines(run.stderr)
     if run.returncode != 0:
-        raise InvalidArgument("\n".join(lines) or f"dlcs ended with {run.returncode}", "INVALID_ARGUMENT")
+        said = "\n".join(lines) or f"dlcs ended with {run.returncode}"
+        raise InvalidArgument(said, "INVALID_ARGUMENT", [Violation("path", said)])
     body = messages.ProblemBody.FromString(run.stdout)
     return Problem(body.problem, body.title, lines)
 

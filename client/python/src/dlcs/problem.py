@@ -38,8 +38,10 @@ def numbers(name: str, value: Any, dimensions: int) -> np.ndarray:
     return array
 
 
-def _matrix(name: str, value: Any, rows: Optional[int], columns: Optional[int]) -> Tuple[Any, Tuple[int, int]]:
-    """The Matrix for an array or a SciPy sparse matrix, and its shape. None for a size: any."""
+def _matrix(
+    name: str, value: Any, rows: Optional[int], columns: Optional[int], why: str = ""
+) -> Tuple[Any, Tuple[int, int]]:
+    """The Matrix for an array or a SciPy sparse matrix, and its shape. None for a size: any. `why` ends the error."""
     result = messages.Matrix()
     if hasattr(value, "tocoo"):
         coo = value.tocoo(copy=True)  # the caller's own must not change
@@ -60,7 +62,7 @@ def _matrix(name: str, value: Any, rows: Optional[int], columns: Optional[int]) 
         raise invalid(name, "is empty; a system has at least one state and one pair")
     wanted = tuple(have if want is None else want for want, have in zip((rows, columns), shape))
     if shape != wanted:
-        raise invalid(name, f"is {shape[0]} x {shape[1]}; must be {wanted[0]} x {wanted[1]}")
+        raise invalid(name, f"is {shape[0]} x {shape[1]}; must be {wanted[0]} x {wanted[1]}{why}")
     return result, shape
 
 
@@ -220,7 +222,7 @@ def _request_of_arrays(
 
     request = messages.SolveRequest(title=text("title", title))
     problem = request.problem
-    a, _ = _matrix("A", A, m, m)
+    a, _ = _matrix("A", A, m, m, f", since x0 has {m} value{'' if m == 1 else 's'}")
     matrix_m, (n, _) = _matrix("M", M, None, None)
     matrix_m, _ = _matrix("M", M, n, n)
     b, _ = _matrix("B", B, m, n)

@@ -7,7 +7,7 @@ from typing import Any, Callable, List, Sequence
 import numpy as np
 
 from . import messages
-from .errors import InvalidArgument, invalid, shortened
+from .errors import invalid, shortened
 
 _LARGEST = int(np.finfo(float).max)
 _DEGREE = 8
@@ -115,9 +115,8 @@ def _fit(
                 coefficients.append((_TO_POWERS @ values) / (b - a) ** np.arange(_DEGREE + 1)[:, None])
                 continue
             if b - a < _LEAST_PART * (end - begin) or len(starts) + len(waiting) > _MOST_PIECES:
-                raise InvalidArgument(
-                    f"{name}: is not resolved near t = {float(a + b) / 2!r}; a jump or a kink there must be in breaks",
-                    "INVALID_ARGUMENT",
+                raise invalid(
+                    name, f"is not resolved near t = {float(a + b) / 2!r}; a jump or a kink there must be in breaks"
                 )
             middle = (a + b) / 2
             waiting += [(middle, b), (a, middle)]  # the earlier part is next
