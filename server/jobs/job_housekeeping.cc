@@ -292,7 +292,7 @@ void JobManager::FailUnmeetable() {
         run->is_shard() ? kDeadlineOfEnsemble
                         : "While the job was queued, the time left before its deadline became too short.");
     // After a failure the lease expires.
-    run->Finish(store_, JobState::kFailed, late, "").IgnoreError();
+    run->Finish(store_, JobState::kFailed, late, "", "").IgnoreError();
   }
 }
 

@@ -409,7 +409,7 @@ void JobManager::End(JobRun& run, const JobEnd& end) {
         return Abandon(run);
     }
   }
-  Persist(run, [&] { return run.Finish(store_, state, error, end.summary); });
+  Persist(run, [&] { return run.Finish(store_, state, error, end.summary, end.tally); });
 }
 
 void JobManager::Abandon(JobRun& run) {

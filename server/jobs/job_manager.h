@@ -44,6 +44,7 @@ struct JobEnd {
   absl::Status status;
   std::string summary;
   ShardResult shard = {};  // instead of the summary, where the run is of a shard of an ensemble and the status is OK
+  std::string tally = {};  // Job::tally of a solve
 };
 
 using SolveFunction = std::function<JobEnd(JobRun& run)>;

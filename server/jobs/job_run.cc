@@ -101,13 +101,14 @@ absl::Status JobRun::Write(JobStore& store) {
   return absl::OkStatus();
 }
 
-absl::Status JobRun::Finish(JobStore& store, JobState state, const absl::Status& error, const std::string& summary) {
+absl::Status JobRun::Finish(JobStore& store, JobState state, const absl::Status& error, const std::string& summary,
+                            const std::string& tally) {
   if (is_shard()) return store.Finish(job_.lease, {.state = state, .error = error, .events = {}});
   if (absl::Status status = Write(store); !status.ok()) return status;
   const std::lock_guard write_lock(write_mutex_);
   if (!outcome_.has_value()) {
     const std::lock_guard lock(pending_mutex_);
-    outcome_ = Outcome{.state = state, .error = error, .events = std::exchange(pending_, {}).events};
+    outcome_ = Outcome{.state = state, .error = error, .events = std::exchange(pending_, {}).events, .tally = tally};
     outcome_->events.push_back(log_->Append(EventKind::kState, JobStateName(state)));
     outcome_->events.push_back(log_->Append(EventKind::kSummary, summary));
   }

@@ -81,7 +81,8 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
   // Errors: those of JobStore::Append(); what could not be written is written by the next call.
   absl::Status Write(JobStore& store);
   // Calls Write() until nothing is left, then ends the job with the given state and its final events.
-  absl::Status Finish(JobStore& store, JobState state, const absl::Status& error, const std::string& summary);
+  absl::Status Finish(JobStore& store, JobState state, const absl::Status& error, const std::string& summary,
+                      const std::string& tally);
   // The same, but releases the job so that another attempt can resume it; `in_vain` as in JobStore.
   absl::Status Release(JobStore& store, bool in_vain);
 

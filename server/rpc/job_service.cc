@@ -215,6 +215,7 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const Caller& caller,
   for (const jobs::Job& job : page->jobs) {
     v1::SolveJob& listed = *response.add_jobs() = Show(job);
     if (listed.has_ensemble()) listed.mutable_ensemble()->clear_columns();
+    if (job.shards == 0 && !job.tally.empty()) listed.mutable_summary()->ParseFromString(job.tally);
   }
   response.set_next_page_token(page->next_page_token);
   return response;

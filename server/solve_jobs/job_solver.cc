@@ -90,6 +90,17 @@ absl::StatusOr<EarlierAttempts> JobSolver::ReadEarlier(const jobs::JobRun& run, 
 }
 
 jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
+  jobs::JobEnd end = Attempt(run);
+  if (v1::Summary summary; !end.summary.empty() && summary.ParseFromString(end.summary)) {
+    v1::Summary brief;
+    brief.set_termination(summary.termination());
+    if (summary.has_verdict()) brief.mutable_verdict()->Swap(summary.mutable_verdict());
+    end.tally = brief.SerializeAsString();
+  }
+  return end;
+}
+
+jobs::JobEnd JobSolver::Attempt(jobs::JobRun& run) const {
   if (const auto summary = EarlierAttempts::SummaryIn(run.resume_state())) return {absl::OkStatus(), *summary};
   absl::StatusOr<v1::SolveRequest> request = ReadRequest(run.body(), library_.Of(run.job().owner));
   if (!request.ok()) return {request.status(), ""};

@@ -27,7 +27,8 @@ class SetupCache;
 jobs::Demand PredictDemand(const PreparedSolve& prepared);
 
 // The body of a job is a serialized v1::SolveRequest; a part of its trajectory is a serialized v1::TrajectoryChunk
-// whose indices count the whole trajectory, below 1 MB; the summary is a serialized v1::Summary.
+// whose indices count the whole trajectory, below 1 MB; the summary is a serialized v1::Summary, and the tally one with
+// its termination and verdict alone, for lists.
 class JobSolver {
  public:
   // A checkpoint is made if the engine offers one and `checkpoint_every` has passed since the last. `setups` may be
@@ -49,6 +50,8 @@ class JobSolver {
   jobs::JobEnd Solve(jobs::JobRun& run) const;
 
  private:
+  // Solve() without the tally.
+  jobs::JobEnd Attempt(jobs::JobRun& run) const;
   absl::StatusOr<EarlierAttempts> ReadEarlier(const jobs::JobRun& run, const PreparedSolve& prepared) const;
 
   const SessionLimits limits_;

@@ -78,7 +78,7 @@ struct Job {
   std::int64_t last_event = 0;    // in the store
   std::int64_t chunks = 0;        // parts of the trajectory, or results of shards, in the store
   std::int64_t shards = 0;        // of an ensemble; 0 for a solve
-  std::string tally = {};         // of an ensemble: the sum of what its shards counted; opaque
+  std::string tally = {};         // what the shards of an ensemble counted, or how a solve ended; opaque
   double progress = 0;            // 0 to 1
   absl::Status error;             // of kFailed
   std::int64_t stored_bytes = 0;  // body, chunks, state and events

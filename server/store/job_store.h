@@ -62,6 +62,7 @@ struct Outcome {
   JobState state = JobState::kFailed;  // a final one
   absl::Status error;
   std::vector<Event> events;  // the last is the summary
+  std::string tally = {};     // as Job::tally
 };
 
 // What a shard of an ensemble left.

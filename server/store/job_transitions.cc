@@ -282,6 +282,7 @@ absl::Status FinishJob(JobTable& table, const Lease& lease, const Outcome& outco
   job.state = outcome.state;
   job.finished = row->now;
   job.error = outcome.error;
+  job.tally = outcome.tally;
   // Unused reserved numbers are released: no event follows the summary.
   job.sequence = outcome.events.back().sequence;
   if (outcome.state == JobState::kSucceeded) job.progress = 1;

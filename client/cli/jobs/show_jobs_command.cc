@@ -55,14 +55,24 @@ void PrintRows(const std::vector<std::vector<std::string>>& rows) {
   }
 }
 
+// How the job ended, in a word or two: "SOLVED", "reached T", "not usable", "INFEASIBLE"; "2 failed" of an ensemble.
+std::string VerdictCell(const v1::SolveJob& job) {
+  if (const auto failed = job.ensemble().counts().failed(); failed > 0) return fmt::format("{} failed", failed);
+  if (!job.has_summary()) return "-";
+  const v1::Summary& summary = job.summary();
+  if (summary.termination() != v1::TERMINATION_REACHED_END) return VerdictText(summary);
+  if (!Succeeded(summary)) return "not usable";
+  return summary.verdict().kind() == v1::VERDICT_KIND_SOLVED ? "SOLVED" : "reached T";
+}
+
 void PrintTable(const std::vector<v1::SolveJob>& jobs) {
   if (jobs.empty()) return;
   const bool owners = std::ranges::any_of(jobs, [](const v1::SolveJob& job) { return !job.owner().empty(); });
-  std::vector<std::vector<std::string>> rows = {{"NAME", "TITLE", "STATE", "PROGRESS", "AGE", "METHOD"}};
+  std::vector<std::vector<std::string>> rows = {{"NAME", "TITLE", "STATE", "VERDICT", "PROGRESS", "AGE", "METHOD"}};
   if (owners) rows.front().push_back("OWNER");
   for (const v1::SolveJob& job : jobs) {
     rows.push_back({job.name(), job.title().empty() ? "-" : WithoutControlCharacters(job.title()),
-                    JobStateWord(job.state()), fmt::format("{:.0f} %", 100 * job.progress()),
+                    JobStateWord(job.state()), VerdictCell(job), fmt::format("{:.0f} %", 100 * job.progress()),
                     AgeText(job.create_time()), job.has_options() ? Word(job.options().method()) : "-"});
     if (owners) rows.back().push_back(job.owner());
   }

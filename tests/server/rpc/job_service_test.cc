@@ -186,6 +186,13 @@ TEST_F(JobServiceTest, ListsByState) {
   ASSERT_TRUE(jobs.ok());
   ASSERT_EQ(jobs->size(), 2u);
   EXPECT_EQ((*jobs)[0].name(), second);
+  // Of how it ended, what a list needs.
+  v1::Summary brief;
+  const v1::Summary whole = client_->jobs().Get(second, {})->summary();
+  brief.set_termination(whole.termination());
+  *brief.mutable_verdict() = whole.verdict();
+  EXPECT_EQ((*jobs)[0].summary().SerializeAsString(), brief.SerializeAsString());
+  EXPECT_THAT(brief.verdict().text(), HasSubstr("not usable"));
   EXPECT_TRUE(client_->jobs().List({v1::JOB_STATE_FAILED}, 10, {})->empty());
 }
 

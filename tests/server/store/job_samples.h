@@ -46,7 +46,8 @@ inline Outcome SampleEnd(std::int64_t sequence, JobState state = JobState::kSucc
   return {.state = state,
           .error = state == JobState::kFailed ? absl::InternalError("it broke") : absl::OkStatus(),
           .events = {SampleEvent(sequence + 1, EventKind::kState, JobStateName(state)),
-                     SampleEvent(sequence + 2, EventKind::kSummary, "the end")}};
+                     SampleEvent(sequence + 2, EventKind::kSummary, "the end")},
+          .tally = "it ended"};
 }
 
 }  // namespace dlcs::jobs::testing

@@ -211,6 +211,7 @@ TEST_P(JobStoreContractTest, RunsFromClaimToSummary) {
   EXPECT_EQ(done->state, JobState::kSucceeded);
   EXPECT_EQ(done->sequence, 32);
   EXPECT_EQ(done->progress, 1);
+  EXPECT_EQ(done->tally, "it ended");
   EXPECT_TRUE(done->finished.has_value());
   EXPECT_THAT(EventsOf(store_, id),
               ElementsAre("1 QUEUED", "2 RUNNING", "10 window 0", "20 window 1", "31 SUCCEEDED", "32 the end"));

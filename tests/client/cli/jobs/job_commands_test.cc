@@ -260,8 +260,8 @@ TEST_F(JobCommandsTest, ListsJobsWithTitlesAgesAndMethods) {
   const std::string job = Submit(kEasyProblem, "--steps 100 --method time-stepping --title 'diode, warm'");
   EXPECT_EQ(Dlcs("watch --quiet " + job).code, 0);
   const ProgramOutcome list = Dlcs("list");
-  EXPECT_THAT(list.out, MatchesRegex("NAME +TITLE +STATE +PROGRESS +AGE +METHOD\n" + job +
-                                     " +diode, warm +succeeded +100 % +[0-9]+s +time-stepping\n"));
+  EXPECT_THAT(list.out, MatchesRegex("NAME +TITLE +STATE +VERDICT +PROGRESS +AGE +METHOD\n" + job +
+                                     " +diode, warm +succeeded +reached T +100 % +[0-9]+s +time-stepping\n"));
   EXPECT_EQ(Dlcs("list -o name").out, job + "\n");
   EXPECT_EQ(nlohmann::json::parse(Dlcs("list -o json").out)["title"], "diode, warm");
   const ProgramOutcome get = Dlcs("get " + job);
@@ -269,6 +269,23 @@ TEST_F(JobCommandsTest, ListsJobsWithTitlesAgesAndMethods) {
   EXPECT_THAT(get.out, HasSubstr("--method time-stepping --steps 100"));
   EXPECT_THAT(Dlcs("cancel " + job).err, HasSubstr("has succeeded already"));
   EXPECT_THAT(Dlcs("result " + job).out, ::testing::StartsWith("diode, warm: "));
+}
+
+TEST_F(JobCommandsTest, ListsHowJobsEnded) {
+  const auto row = [this](const std::string& problem, const std::string& options) {
+    const std::string job = Submit(problem, options);
+    Dlcs("watch --quiet " + job);
+    const std::string list = Dlcs("list").out;
+    const std::size_t begin = list.find(job);
+    return list.substr(begin, list.find('\n', begin) - begin);
+  };
+  EXPECT_THAT(row(kEasyProblem, "--tolerance 1e-6"), HasSubstr(" succeeded  SOLVED "));
+  EXPECT_THAT(row(kUnsupported, "--steps 10"), HasSubstr(" succeeded  UNSUPPORTED "));
+  // An oscillation with steps nearly as long as a period.
+  EXPECT_THAT(
+      row(R"({"A": [[0, 1], [-400, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0.001]], "x0": [1, 0], "T": 20})",
+          "--method time-stepping --steps 100"),
+      HasSubstr(" succeeded  not usable "));
 }
 
 TEST_F(JobCommandsTest, TakesTheFirstLettersOfAName) {
