@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace dlcs::client {
@@ -23,6 +25,13 @@ struct DisplayNames {
     return i < pairs.size() ? "w(" + pairs[i] + ")" : "w" + std::to_string(i + 1);
   }
 };
+
+// The heading of the column of the component `name` beside the columns `others`: with its kind in front, as in
+// "output:t", if one of them has its name.
+inline std::string ColumnName(const std::string& kind, const std::string& name,
+                              std::initializer_list<std::string_view> others = {"t"}) {
+  return std::ranges::find(others, name) == others.end() ? name : kind + ":" + name;
+}
 
 // The names in a message that has the fields state_names, pair_names and output_names, or in a problem.
 template <typename Message>

@@ -95,7 +95,9 @@ void EnsembleTable::Print(const std::string& name, const v1::EnsembleSummary& su
   std::size_t shown = 0;
   for (const auto& [member, row] : rows_) shown = std::max(shown, row.values.size());
   for (std::size_t i = 0; i < shown; ++i) {
-    const std::string title = names_.outputs.empty() ? names_.OfX(i) : names_.outputs[i];
+    const bool is_state = names_.outputs.empty();
+    const std::string title = ColumnName(is_state ? "x" : "output", is_state ? names_.OfX(i) : names_.outputs[i],
+                                         {"member", "label", "residual", "error", "t"});
     columns.push_back(TextColumn(
         title, rows_, [i](std::int64_t, const Row& row) { return i < row.values.size() ? Cell(row.values[i]) : "-"; }));
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <initializer_list>
@@ -40,15 +41,28 @@ std::string CsvField(const std::string& text) {
   return quoted + "\"";
 }
 
+namespace {
+
+// `first`: the columns before those of the components.
+void PrintHeader(std::initializer_list<std::string_view> first, const DisplayNames& names, std::size_t states,
+                 std::size_t constraints, bool has_w, std::FILE* out) {
+  fmt::print(out, "{}", fmt::join(first, ","));
+  const auto add = [&](const char* kind, const std::string& name) {
+    fmt::print(out, ",{}", CsvField(ColumnName(kind, name, first)));
+  };
+  for (const std::string& name : names.outputs) add("output", name);
+  if (!names.outputs.empty()) states = constraints = 0;
+  for (std::size_t i = 0; i < states; ++i) add("x", names.OfX(i));
+  for (std::size_t i = 0; i < constraints; ++i) add("y", names.OfY(i));
+  for (std::size_t i = 0; has_w && i < constraints; ++i) add("w", names.OfW(i));
+  fmt::print(out, "\n");
+}
+
+}  // namespace
+
 void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w,
                     std::FILE* out) {
-  fmt::print(out, "t");
-  for (const std::string& name : names.outputs) fmt::print(out, ",{}", CsvField(name));
-  if (!names.outputs.empty()) states = constraints = 0;
-  for (std::size_t i = 0; i < states; ++i) fmt::print(out, ",{}", CsvField(names.OfX(i)));
-  for (std::size_t i = 0; i < constraints; ++i) fmt::print(out, ",{}", CsvField(names.OfY(i)));
-  for (std::size_t i = 0; has_w && i < constraints; ++i) fmt::print(out, ",{}", CsvField(names.OfW(i)));
-  fmt::print(out, "\n");
+  PrintHeader({"t"}, names, states, constraints, has_w, out);
 }
 
 void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out) {
@@ -80,8 +94,7 @@ void PrintCsv(const SolveResult& result, std::FILE* out) {
 }
 
 void PrintMemberCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, std::FILE* out) {
-  fmt::print(out, "member,label,");
-  PrintCsvHeader(names, states, constraints, /*has_w=*/true, out);
+  PrintHeader({"member", "label", "t"}, names, states, constraints, /*has_w=*/true, out);
 }
 
 void PrintMemberCsvLines(const MemberResult& member, std::FILE* out) {

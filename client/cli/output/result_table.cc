@@ -24,8 +24,8 @@ std::vector<Column> MakeColumns(const SolveResult& result) {
   std::vector<Column> columns;
   columns.push_back(MakeColumn("t", rows, [&](std::size_t k) { return result.times[k]; }));
   for (std::size_t i = 0; i < result.names.outputs.size(); ++i) {
-    columns.push_back(
-        MakeColumn(result.names.outputs[i], rows, [&](std::size_t k) { return result.outputs_at(k)[i]; }));
+    columns.push_back(MakeColumn(ColumnName("output", result.names.outputs[i]), rows,
+                                 [&](std::size_t k) { return result.outputs_at(k)[i]; }));
   }
   if (result.has_outputs()) return columns;
   for (std::size_t i = 0; i < result.states; ++i) {
@@ -217,7 +217,7 @@ void PrintContours(const v1::Summary& summary, std::FILE* out) {
 void PrintPropagator(const v1::Summary& summary, int width, std::FILE* out) {
   const v1::PropagatorRecord& propagator = summary.propagator();
   if (propagator.used() == v1::PROPAGATOR_KIND_UNSPECIFIED || propagator.used() == v1::PROPAGATOR_KIND_DENSE) return;
-  fmt::print(out, "\nPropagatorKind\n");
+  fmt::print(out, "\nPropagator\n");
   std::string text = Word(propagator.used());
   if (propagator.terms() > 0) text += ", " + Count(propagator.terms(), "term");
   if (propagator.factorizations() > 0) text += ", " + Count(propagator.factorizations(), "sparse factorization");

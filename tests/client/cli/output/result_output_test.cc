@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "client/cli/output/ensemble_output.h"
 #include "tests/client/cli/printed.h"
 
 namespace dlcs::client {
@@ -141,6 +142,22 @@ TEST(ResultNamesTest, StandInEveryOutput) {
   EXPECT_EQ(header, "t,iL,vC,D1,w(D1)\n");
 }
 
+TEST(ResultNamesTest, OfColumnsCanBeToldApart) {
+  SolveResult result = WithSwitchings();
+  result.names.outputs = {"t", "label"};
+  result.outputs.assign(2 * result.times.size(), 1.0);
+  const std::string table = Printed([&](std::FILE* out) { PrintTable("", result, 100, out); });
+  EXPECT_THAT(table, ::testing::ContainsRegex("t +output:t +label\n"));
+  const auto header = [&](auto print) { return Printed([&](std::FILE* out) { print(result.names, out); }); };
+  EXPECT_EQ(header([](const DisplayNames& names, std::FILE* out) { PrintCsvHeader(names, 2, 1, true, out); }),
+            "t,output:t,label\n");
+  EXPECT_EQ(header([](const DisplayNames& names, std::FILE* out) { PrintMemberCsvHeader(names, 2, 1, out); }),
+            "member,label,t,output:t,output:label\n");
+  result.names = {{"label", "x2"}, {}};
+  EXPECT_EQ(header([](const DisplayNames& names, std::FILE* out) { PrintMemberCsvHeader(names, 2, 1, out); }),
+            "member,label,t,x:label,x2,y1,w1\n");
+}
+
 TEST(ResultTableTest, HasWBesideY) {
   const std::string table = Printed([](std::FILE* out) { PrintTable("", ResultExample(), 100, out); });
   EXPECT_THAT(table, ::testing::ContainsRegex("t +x1 +x2 +y1 +w1\n"));
@@ -155,6 +172,13 @@ TEST(ResultTableTest, EndsWithACertificateInWords) {
   EXPECT_THAT(table, HasSubstr("LCP residual     3.0e-16 at nodes, 2.0e-07 between them (size of y, w: 12)"));
   EXPECT_THAT(table, HasSubstr("at t = 0: dx = (0.5, 0), multiplier (2)"));
   EXPECT_THAT(table, Not(HasSubstr("shorter steps")));
+}
+
+TEST(ResultTableTest, NamesThePropagator) {
+  SolveResult result = ResultExample();
+  result.summary.mutable_propagator()->set_used(v1::PROPAGATOR_KIND_KRONECKER_SUM);
+  const std::string table = Printed([&](std::FILE* out) { PrintTable("", result, 80, out); });
+  EXPECT_THAT(table, HasSubstr("\nPropagator\n  kronecker-sum\n"));
 }
 
 TEST(ResultTableTest, SaysWhatTheVerdictIsConcernedAbout) {
