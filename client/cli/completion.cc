@@ -66,6 +66,8 @@ std::string Bash(const CLI::App& app) {
     }
     flags += fmt::format("      {}) words='{}' ;;\n", name, fmt::join(FlagsOf(*command), " "));
   }
+  const std::string commands = fmt::format("{}", fmt::join(NamesOf(CommandsOf(app)), " "));
+  firsts += fmt::format("      help) words='{}' ;;\n", commands);
   return fmt::format(R"sh(_dlcs() {{
   local current=${{COMP_WORDS[COMP_CWORD]}} previous=${{COMP_WORDS[COMP_CWORD-1]}} command=${{COMP_WORDS[1]}} words=
   COMPREPLY=()
@@ -91,7 +93,7 @@ std::string Bash(const CLI::App& app) {
 }}
 complete -o filenames -F _dlcs dlcs
 )sh",
-                     fmt::join(NamesOf(CommandsOf(app)), " "), values, firsts, flags);
+                     commands, values, firsts, flags);
 }
 
 // A string of fish.
@@ -105,7 +107,8 @@ std::string FishQuoted(const std::string& text) {
 }
 
 std::string Fish(const CLI::App& app) {
-  std::string script;
+  std::string script = fmt::format("complete -c dlcs -n '__fish_seen_subcommand_from help' -f -a '{}'\n",
+                                   fmt::join(NamesOf(CommandsOf(app)), " "));
   for (const CLI::App* command : CommandsOf(app)) {
     const std::string& name = command->get_name();
     script += fmt::format("complete -c dlcs -n __fish_use_subcommand -f -a {} -d {}\n", name,

@@ -76,6 +76,7 @@ TEST_P(CompletionTest, KnowsCommandsOptionsAndTheirWords) {
   EXPECT_THAT(Completions("dlcs solve --method ev"), ElementsAre("event-driven"));
   EXPECT_THAT(Completions("dlcs model sig"), ElementsAre("signorini"));
   EXPECT_THAT(Completions("dlcs context "), IsSupersetOf({"set", "use", "list", "delete"}));
+  EXPECT_THAT(Completions("dlcs help pl"), ElementsAre("plot"));
   EXPECT_THAT(Completions("dlcs plot --"), Not(Contains("--tolerance")));
 }
 
