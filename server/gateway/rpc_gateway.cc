@@ -65,11 +65,10 @@ asio::awaitable<void> RpcGateway::Answer(HttpExchange& exchange) {
   const std::optional<RpcFormat> format = FormatOf(request.Header("content-type"), *method);
   if (!format) {
     const bool unary = !method->client_streaming() && !method->server_streaming();
-    const std::string types = fmt::format(
-        "{}, application/grpc-web+proto, application/grpc-web-text+proto",
-        unary                        ? "application/json, application/proto"
-        : method->client_streaming() ? "application/connect+json, application/connect+proto"
-                                     : "application/json, application/connect+json, application/connect+proto");
+    std::string types =
+        unary ? "application/json, application/proto" : "application/connect+json, application/connect+proto";
+    if (!unary && !method->client_streaming()) types = "application/json, " + types;
+    if (!method->client_streaming()) types += ", application/grpc-web+proto, application/grpc-web-text+proto";
     HttpResponse refusal =
         TextResponse(415, fmt::format("content type \"{}\" is not served here; use one of {}\n",
                                       std::string(request.Header("content-type").substr(0, 100)), types));

@@ -274,6 +274,8 @@ TEST_F(WebPortTest, RefusesWhatAProtocolCannotDo) {
   const auto upload = FramesIn(Post("/dlcs.v1.ProblemService/UploadProblem", "application/grpc-web", Framed("")).body);
   ASSERT_EQ(upload.size(), 1u);
   EXPECT_THAT(upload[0].data, HasSubstr("grpc-status: 12\r\n"));
+  EXPECT_EQ(Post("/dlcs.v1.ProblemService/UploadProblem", "application/json", "{}").headers.at("accept-post"),
+            "application/connect+json, application/connect+proto");
   EXPECT_EQ(Post(kListPath, "application/json", "{}", {{"content-encoding", "gzip"}}).status, 501);
   EXPECT_EQ(Post(kListPath, "application/json", "{}", {{"connect-timeout-ms", "soon"}}).status, 400);
   EXPECT_EQ(FramesIn(Post(kSolvePath, "application/connect+proto", Framed("") + Framed("")).body)[0].flags, 2);
