@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program dlcsd with a store and a page, in a process of its own.
+// The program dlcsd with a page and, as a rule, with a store, in a process of its own.
 
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -8,12 +8,18 @@ import path from "node:path";
 import readline from "node:readline";
 
 export class Dlcsd {
-  static async start(...flags) {
+  static start(...flags) {
     const folder = mkdtempSync(path.join(tmpdir(), "dlcs-web-"));
+    return Dlcsd.#start(folder, ["--store", path.join(folder, "jobs.db"), ...flags]);
+  }
+
+  static startWithoutStore() {
+    return Dlcsd.#start(mkdtempSync(path.join(tmpdir(), "dlcs-web-")), []);
+  }
+
+  static async #start(folder, flags) {
     const listen = ["--listen", "127.0.0.1:0", "--http-listen", "127.0.0.1:0", "--log-level", "off", "--grace", "0"];
-    const process_ = spawn(process.env.DLCSD, [...listen, "--store", path.join(folder, "jobs.db"), ...flags], {
-      stdio: ["ignore", "pipe", "inherit"],
-    });
+    const process_ = spawn(process.env.DLCSD, [...listen, ...flags], { stdio: ["ignore", "pipe", "inherit"] });
     let address;
     for await (const line of readline.createInterface({ input: process_.stdout })) {
       address ??= /listening on (\S+)/.exec(line)?.[1];

@@ -181,6 +181,148 @@ test("shows what is wrong with a problem at its field", async () => {
   await context.close();
 });
 
+test("tells answers that are of no use from others", async () => {
+  const context = await newContext();
+  const page = await open(context, "#/submit");
+  const wrongStart = '{"A": [[0]], "B": [[1]], "N": [[1]], "M": [[0]], "x0": [-1], "T": 1}';
+  const wave = '{"A": [[0, 1], [-400, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0.001]], "x0": [1, 0], "T": 20}';
+  for (const [problem, options, said] of [
+    [wrongStart, {}, "INCONSISTENT_STATE"],
+    [wave, { method: "time-stepping", steps: 100 }, "not usable"],
+  ]) {
+    await page.goto(`${dlcsd.url}/#/submit`);
+    await submit(page, problem, options);
+    await verdict(page);
+    const state = page.locator(".head .state");
+    assert.equal(await state.textContent(), said);
+    assert.equal(await state.getAttribute("data-state"), "failed");
+    await page.goto(`${dlcsd.url}/#/jobs`);
+    await page.locator(".jobs tbody tr").first().getByText(said).waitFor(kPatience);
+    await page.screenshot({ path: `shots/${said.replace(" ", "-")}.png` });
+  }
+  await context.close();
+});
+
+// Records what the plots of pages draw: their labels and, of marked switches, how many.
+async function recordPlots(context) {
+  await context.addInitScript(() => {
+    const drawn = new WeakMap();
+    const of = ({ canvas }) => drawn.get(canvas) ?? drawn.set(canvas, { labels: [], marks: 0 }).get(canvas);
+    const wrap = (name, before) => {
+      const original = CanvasRenderingContext2D.prototype[name];
+      CanvasRenderingContext2D.prototype[name] = function (...parameters) {
+        before(this, parameters);
+        return original.apply(this, parameters);
+      };
+    };
+    wrap("clearRect", ({ canvas }) => drawn.delete(canvas));
+    wrap("fillText", (context, [text, left, top]) => {
+      const { x, y } = context.getTransform().transformPoint(new DOMPoint(left, top));
+      of(context).labels.push({ text, x, y, width: context.measureText(text).width });
+    });
+    wrap("stroke", (context) => {
+      if (context.getLineDash().join() === "3,4") ++of(context).marks;
+    });
+    window.drawnIn = (canvas) => ({ ...drawn.get(canvas), width: canvas.width });
+  });
+}
+// Of the plot with this number.
+const drawn = (page, place = 0) =>
+  page.evaluate((place) => window.drawnIn(document.querySelectorAll(".plot canvas")[place]), place);
+
+test("shows the outputs of a job that has ended, over times of microseconds", async () => {
+  const submitting = await newContext();
+  const first = await open(submitting, "#/submit");
+  await submit(
+    first,
+    `{"A": [[-1e5]], "B": [[1e5]], "N": [[1]], "M": [[1]], "f": ["1e5*sin(1e6*t)"], "x0": [0], "T": 2e-5,
+      "outputs": {"names": ["t", "twice"], "C": [[1], [2]]}}`,
+  );
+  await verdict(first);
+  const hash = new URL(first.url()).hash;
+  await submitting.close();
+  // Nothing is known of it here but what the server tells.
+  const context = await newContext({ acceptDownloads: true });
+  await recordPlots(context);
+  const page = await open(context, hash);
+  await page.getByRole("heading", { name: "Outputs" }).waitFor(kPatience);
+  await page.getByRole("heading", { name: "States x" }).waitFor(kPatience);
+  await page.waitForTimeout(300);
+  const { labels, width } = await drawn(page);
+  const bottom = Math.max(...labels.filter(({ text }) => text !== "t").map(({ y }) => y));
+  const along = labels.filter(({ y }) => y === bottom).sort((a, b) => a.x - b.x);
+  assert.ok(along.length > 5, JSON.stringify(labels));
+  for (const [k, label] of along.entries()) {
+    assert.ok(label.x + label.width / 2 <= width, `${label.text} is cut off`);
+    const next = along[k + 1];
+    const gap = next && next.x - next.width / 2 - (label.x + label.width / 2);
+    assert.ok(!next || gap > 4, `${label.text} touches ${next?.text}`);
+  }
+  await page.screenshot({ path: "shots/outputs.png", fullPage: true });
+  const [file] = await Promise.all([page.waitForEvent("download", kPatience), page.click(".files >> text=CSV")]);
+  assert.match(readFileSync(await file.path(), "utf8"), /^t,output:t,twice\n/);
+  await context.close();
+});
+
+test("marks the switches of the pairs that it shows", async () => {
+  const context = await newContext();
+  await recordPlots(context);
+  const page = await open(context, "#/submit");
+  await submit(
+    page,
+    `{"A": [[-1]], "B": [[1, 1]], "N": [[0], [0]], "M": [[1, 0], [0, 1]],
+      "g": ["-sin(2*pi*t+1)", "-sin(40*pi*t+1)"], "x0": [0], "T": 1}`,
+  );
+  await verdict(page);
+  const marks = async () => {
+    await page.waitForTimeout(500);
+    return (await drawn(page)).marks;
+  };
+  const ofBoth = await marks();
+  assert.ok(ofBoth > 30, `${ofBoth} marks`);
+  await page.getByLabel("y2").uncheck();
+  assert.equal(await marks(), 2);
+  await context.close();
+});
+
+test("says why there are no iterations", async () => {
+  const context = await newContext();
+  const page = await open(context, "#/submit");
+  await submit(page, example("oscillator-with-stop"));
+  await verdict(page);
+  await page.getByText("A solve within a tolerance reports no iterations.").waitFor(kPatience);
+  assert.equal(await page.getByLabel("Only the last window").isVisible(), false);
+  await context.close();
+});
+
+test("shows what is known of a periodic solution", async () => {
+  const dense = (value) => ({ dense: { rows: 1, columns: 1, values: [value] } });
+  const formula = (text) => ({ pieces: [{ formulas: { formulas: [text] } }] });
+  const problem = {
+    ...{ a: dense(-0.01), b: dense(0), n: dense(0), m: dense(1) },
+    ...{ f: formula("sin(3*t)+0.02"), g: formula("1"), x0: [5], horizon: 10 },
+  };
+  const response = await fetch(`${dlcsd.url}/dlcs.v1.JobService/CreateSolveJob`, {
+    method: "POST",
+    headers: { "content-type": "application/json" },
+    body: JSON.stringify({ solve: { problem, options: { period: (2 * Math.PI) / 3 } } }),
+  });
+  const { name } = await response.json();
+  const context = await newContext();
+  await recordPlots(context);
+  const page = await open(context, `#/${name}`);
+  await page.getByRole("heading", { name: "Periodic solution" }).waitFor(kPatience);
+  const fact = (term) => page.locator(".facts div", { hasText: term }).locator("dd").first().textContent();
+  assert.equal(await fact("Multipliers"), Math.exp((-0.01 * 2 * Math.PI) / 3).toPrecision(6));
+  assert.equal(await fact("Averages of x"), "x1 2");
+  // y is 0, and its axis ends at 1.
+  await page.waitForTimeout(300);
+  const { labels } = await drawn(page, 1);
+  assert.deepEqual(labels.map(({ text }) => text).filter((text) => Number(text) > 2.1), [], "labels of y");
+  await page.screenshot({ path: "shots/periodic.png", fullPage: true });
+  await context.close();
+});
+
 test("downloads what the command line writes", async () => {
   const context = await newContext({ acceptDownloads: true });
   const page = await open(context, "#/submit");
@@ -199,10 +341,12 @@ test("downloads what the command line writes", async () => {
 test("looks right in the dark and on narrow screens", async () => {
   for (const [name, options] of Object.entries({
     dark: { colorScheme: "dark" },
-    narrow: { viewport: { width: 360, height: 740 } },
+    narrow: { viewport: { width: 320, height: 640 } },
   })) {
     const context = await newContext(options);
     const page = await open(context, "#/submit");
+    await page.waitForSelector("#method option:nth-child(3)", { state: "attached", ...kPatience });
+    assert.ok(await fits(page), `${name}: the form`);
     await submit(page, example("rectifier"));
     await verdict(page);
     await page.waitForTimeout(500);
@@ -226,6 +370,26 @@ test("ten tabs hold one stream, and the tenth submits", async () => {
   const held = await first.evaluate(async () => (await navigator.locks.query()).held.length);
   assert.ok(held <= 1, `${held} streams`);
   await context.close();
+});
+
+test("shows a solve of a server that keeps none", async () => {
+  const storeless = await Dlcsd.startWithoutStore();
+  try {
+    const context = await newContext();
+    const page = await open(context, "#/submit", storeless.url);
+    await submit(page, example("four-variables"), long);
+    await iterationAbove(page, 0);
+    await page.click("text=Cancel");
+    assert.match(await verdict(page), /CANCELLED/);
+    const state = page.locator(".head .state");
+    assert.equal(await state.textContent(), "cancelled");
+    assert.equal(await state.getAttribute("data-state"), "cancelled");
+    await page.reload();
+    await page.getByText("There is no solve in this tab. A server without --store keeps none").waitFor(kPatience);
+    await context.close();
+  } finally {
+    await storeless.stop();
+  }
 });
 
 test("asks for a token where there are users", async () => {

@@ -58,6 +58,21 @@ export function canCancel(state: JobState): boolean {
   return !hasEnded(state) && state !== JobState.CANCELLING;
 }
 
+/** How a job stands, in a word or two: its state, or why its answer is of no use; and the state that it looks like. */
+export function standOf({state, summary, ensemble}: SolveJob): {text: string; look: string} {
+  const look = stateWord(state);
+  if (state !== JobState.SUCCEEDED) return {text: look, look};
+  const failed = ensemble?.counts?.failed ?? 0n;
+  if (failed > 0n) return {text: `${failed.toLocaleString('en-US')} failed`, look: 'failed'};
+  if (summary === undefined || summary.verdict?.success) return {text: look, look};
+  return {text: uselessText(summary), look: 'failed'};
+}
+
+/** Of a summary without success. */
+export function uselessText(summary: Summary): string {
+  return summary.termination === Termination.REACHED_END ? 'not usable' : verdictText(summary);
+}
+
 export function titleOf(job: SolveJob): string {
   return job.title || (job.ensemble === undefined ? 'Untitled solve' : 'Untitled ensemble');
 }

@@ -124,9 +124,9 @@ function quoted(text: string): string {
   return /[,"\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 }
 
-/** Outputs take the place of x, y and w. */
+/** Outputs take the place of x, y and w; the name of one beside that of time is "output:t". */
 function header({names, states, pairs}: Solved): string[] {
-  if (names.outputs.length > 0) return ['t', ...names.outputs];
+  if (names.outputs.length > 0) return ['t', ...names.outputs.map((name) => (name === 't' ? 'output:t' : name))];
   const head = ['t'];
   for (let i = 0; i < states; ++i) head.push(names.x(i));
   for (let i = 0; i < pairs; ++i) head.push(names.y(i));

@@ -6,7 +6,7 @@ import type {SolveJob} from '../../generated/dlcs/v1/jobs_pb';
 import {JobState} from '../../generated/dlcs/v1/solver_pb';
 import {h} from '../dom';
 import {ago, bytes, duration, general, milliseconds, timeLeft} from '../format';
-import {canCancel, hasEnded, membersText, stateWord, titleOf} from '../names';
+import {canCancel, hasEnded, membersText, standOf, titleOf} from '../names';
 import {jobs, soon} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import type {SolveData} from '../solve/data';
@@ -68,6 +68,7 @@ export class JobView implements View {
     this.head.update({
       title: 'Loading …',
       state: '',
+      look: '',
       part: 0,
       text: '',
       ended: false,
@@ -132,6 +133,7 @@ export class JobView implements View {
       lastSequence: () => this.model.lastSequence,
       onEvent: (event) => {
         this.model.onEvent(event);
+        if (event.kind.case === 'analysis') this.onAnalysis();
         if (event.kind.case === 'summary') void this.poll();
         this.panels.refresh();
       },
@@ -210,9 +212,11 @@ export class JobView implements View {
             duration(Math.floor(elapsed)),
             timeLeft(elapsed, part),
           ];
+    const {text, look} = standOf(job);
     this.head.update({
       title: this.jobTitle,
-      state: stateWord(job.state),
+      state: text,
+      look,
       part: ended ? 1 : Math.min(part, 1),
       text: texts.filter((text) => text !== '').join(', '),
       ended,
@@ -251,6 +255,13 @@ export class JobView implements View {
         this.panels.refresh();
       },
     );
+  }
+
+  // Of a job that has ended, its trajectory may be read before it is known that there are outputs.
+  private onAnalysis(): void {
+    if (this.reader === null || this.data.outputs === 0 || this.reader.selection.zs.length > 0) return;
+    this.reader = null;
+    this.readOn();
   }
 
   // Other components were chosen than those that are held.

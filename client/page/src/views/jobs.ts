@@ -4,7 +4,7 @@
 import {type ListSolveJobsResponse, type SolveJob} from '../../generated/dlcs/v1/jobs_pb';
 import {h, replace, setText, show} from '../dom';
 import {ago, count, duration, milliseconds, timeLeft} from '../format';
-import {canCancel, hasEnded, membersText, methodWord, stateWord, titleOf} from '../names';
+import {canCancel, hasEnded, membersText, methodWord, standOf, titleOf} from '../names';
 import {getCapabilities, jobs, soon} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import {pollWhileVisible, type View} from './page';
@@ -140,7 +140,7 @@ export class JobsView implements View {
 
 function textOf(job: SolveJob): string {
   const kind = job.ensemble === undefined ? 'solve' : 'ensemble';
-  const words = [stateWord(job.state), methodWord(job.options?.method ?? 0), job.name, job.owner, job.requestId];
+  const words = [standOf(job).text, methodWord(job.options?.method ?? 0), job.name, job.owner, job.requestId];
   return [titleOf(job), kind, ...words].join(' ').toLowerCase();
 }
 
@@ -188,8 +188,9 @@ class Row {
       job.states > 0 ? job.owner : '',
     ];
     setText(this.about, about.filter((text) => text !== '').join(', '));
-    setText(this.state, stateWord(job.state));
-    this.state.dataset.state = stateWord(job.state);
+    const {text, look} = standOf(job);
+    setText(this.state, text);
+    this.state.dataset.state = look;
     show(this.bar, !ended);
     this.bar.value = job.progress;
     const from = job.startTime ?? job.createTime;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a solve on a server without jobs: #/solve.
 
+import {Termination} from '../../generated/dlcs/v1/solver_pb';
 import {h, replace} from '../dom';
 import {duration, general, timeLeft} from '../format';
+import {uselessText} from '../names';
 import {save, writers} from '../solve/download';
 import {type StreamedSolve, streamed} from '../solve/stream';
 import type {View} from './page';
@@ -23,7 +25,8 @@ export class StreamView implements View {
         h(
           'p',
           {class: 'card'},
-          'Nothing was solved in this tab yet. ',
+          'There is no solve in this tab. A server without --store keeps none, and a tab forgets its own when it is ',
+          'loaded again. ',
           h('a', {href: '#/submit'}, 'Submit a problem.'),
         ),
       );
@@ -65,9 +68,22 @@ function updateHead(head: Head, solve: StreamedSolve): void {
     .filter((text) => text !== '')
     .join(', ');
   const waiting = 'Another tab of this page receives a solve; this one begins when that one has ended.';
+  const {summary} = model;
+  const useless = summary !== null && !summary.verdict?.success;
+  const stopped = summary?.termination === Termination.CANCELLED;
+  const look = solve.running
+    ? solve.waiting
+      ? 'waiting'
+      : 'running'
+    : stopped
+      ? 'cancelled'
+      : solve.trouble !== null || useless
+        ? 'failed'
+        : 'ended';
   head.update({
     title: solve.title || 'Untitled solve',
-    state: solve.running ? (solve.waiting ? 'waiting' : 'running') : solve.trouble === null ? 'ended' : 'failed',
+    state: !solve.running && useless && !stopped ? uselessText(summary) : look,
+    look,
     part,
     text: solve.running ? (solve.waiting ? waiting : running) : `Took ${duration(elapsed)}`,
     ended: !solve.running,

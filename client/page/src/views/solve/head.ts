@@ -8,6 +8,8 @@ import {writers} from '../../solve/download';
 export interface Progress {
   title: string;
   state: string;
+  /** The state that it looks like. */
+  look: string;
   /** 0 to 1. */
   part: number;
   text: string;
@@ -53,10 +55,10 @@ export class Head {
     );
   }
 
-  update({title, state, part, text, ended, canCancel, canDownload}: Progress): void {
+  update({title, state, look, part, text, ended, canCancel, canDownload}: Progress): void {
     setText(this.title, title);
     setText(this.state, state);
-    this.state.dataset.state = state;
+    this.state.dataset.state = look;
     this.bar.value = part;
     show(this.bar, !ended);
     setText(this.text, text);
