@@ -19,6 +19,14 @@ export function general(value: number, digits = 6): string {
   return `${Number(mantissa)}e${power}`;
 }
 
+/** The shorter of 0.00002 and 2e-5, with at most `digits` significant digits. */
+export function short(value: number, digits = 8): string {
+  const plain = general(value, digits);
+  const [mantissa, exponent] = value.toExponential(digits - 1).split('e');
+  const scientific = `${Number(mantissa)}e${Number(exponent)}`;
+  return scientific.length < plain.length && Number.isFinite(value) ? scientific : plain;
+}
+
 /** Two digits, as in 6.1e-11 or 0.25, for errors and residuals. */
 export function size(value: number): string {
   if (!Number.isFinite(value)) return general(value);

@@ -4,7 +4,7 @@
 
 import uPlot from 'uplot';
 import {h} from '../dom';
-import {general} from '../format';
+import {general, short} from '../format';
 import {decimate, type Values} from './decimate';
 import {onThemeChange, plotColors} from './theme';
 
@@ -50,7 +50,7 @@ export class SharedRange {
 // So few points are drawn one by one as well.
 const fewPoints = 40;
 export const leftAxis = 64;
-export const rightMargin = 12;
+export const rightMargin = 24; // half of a long label
 
 export class LinePlot {
   readonly element: HTMLElement;
@@ -157,7 +157,7 @@ export class LinePlot {
         },
         scales: {
           x: {time: false, auto: false},
-          y: this.options.log ? {distr: 3, range: this.options.log} : {},
+          y: this.options.log ? {distr: 3, range: this.options.log} : {range: (_, least, most) => around(least, most)},
         },
         axes: [
           {
@@ -167,7 +167,8 @@ export class LinePlot {
             labelFont: font,
             size: 34,
             incrs: this.options.whole ? wholeSteps : undefined,
-            values: (_, splits) => splits.map((value) => general(value, 8)),
+            space: (_, __, least, most) => roomOfTicks(least, most),
+            values: (_, splits) => splits.map((value) => short(value)),
           },
           {
             ...axis,
@@ -276,6 +277,20 @@ export class LinePlot {
 const wholeSteps = [1, 2, 5]
   .flatMap((digit) => [0, 1, 2, 3, 4, 5, 6].map((power) => digit * 10 ** power))
   .sort((a, b) => a - b);
+
+// The vertical axis for values from `least` to `most`; null if there are none.
+function around(least: number | null, most: number | null): [number, number] {
+  if (least === null || most === null || (least === 0 && most === 0)) return [0, 1];
+  return uPlot.rangeNum(least, most, 0.1, true) as [number, number];
+}
+
+// The pixels from one label of the horizontal axis to the next, so that the longest of them fits.
+function roomOfTicks(least: number, most: number): number {
+  const largest = Math.max(Math.abs(least), Math.abs(most));
+  const digits = Math.ceil(Math.log10(largest / (most - least))) + 3;
+  const pi = short(largest * 0.314159265358979, Math.min(Math.max(digits, 2), 8));
+  return Math.max(50, 8 * (pi.length + 2));
+}
 
 // The index of a point that the line has, next to `at`.
 function nearestPoint(values: ArrayLike<number | null | undefined>, at: number): number {

@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // How well the trajectory satisfies the system, how its error was estimated, what the solve cost and when pairs switch.
 
-import type {Accuracy, Certificate, Cost, Summary} from '../../../generated/dlcs/v1/solver_pb';
+import type {
+  Accuracy,
+  Certificate,
+  Cost,
+  Multiplier,
+  PeriodicSolution,
+  Summary,
+} from '../../../generated/dlcs/v1/solver_pb';
 import {h, replace, show, table} from '../../dom';
 import {bytes, count, duration, general, size} from '../../format';
 import {type Names, propagatorWord, switchingWord} from '../../names';
@@ -9,6 +16,8 @@ import type {SolveData} from '../../solve/data';
 import {facts, type Panel, section} from './panel';
 
 const mostRows = 200;
+const mostMultipliers = 10;
+const mostMeans = 50;
 
 export class CertificatePanel implements Panel {
   readonly element = h('div', {class: 'columns'});
@@ -22,12 +31,51 @@ export class CertificatePanel implements Panel {
     const measured = summary.times > 0 && certificate !== undefined && !Number.isNaN(certificate.nodeResidual);
     replace(
       this.element,
+      (summary.periodic?.period ?? 0) > 0 && periodicPart(summary.periodic!, names),
       measured && certificatePart(certificate, accuracy),
       cost !== undefined && costPart(cost, summary),
       summary.switchingTimes.length > 0 && switchingPart(summary, names),
       summary.jumps.length > 0 && jumpsPart(summary),
     );
   }
+}
+
+// The period, what becomes of disturbances, and averages.
+function periodicPart(periodic: PeriodicSolution, names: Names): HTMLElement {
+  const {period, phase, periods, newtonIterations, residual, error, multipliers} = periodic;
+  const more = multipliers.length - mostMultipliers;
+  const means: [string, number[], (i: number) => string][] = [
+    ['Averages of x', periodic.meanX, (i) => names.x(i)],
+    ['Averages of y', periodic.meanY, (i) => names.y(i)],
+    ['Averages of w', periodic.meanW, (i) => names.w(i)],
+  ];
+  return section(
+    'Periodic solution',
+    facts([
+      ['Period', `${general(period, 12)}${phase > 0 ? `, from t = ${general(phase)} on` : ''}`],
+      ['Found in', `${count(periods, 'period')} integrated, ${count(newtonIterations, 'step')} of Newton's method`],
+      ['x(period) - x(0)', residual === undefined ? '' : `${size(residual)} of the size of a state`],
+      ['Error of x(0)', error === undefined ? '' : size(error)],
+      [
+        'Multipliers',
+        multipliers.slice(0, mostMultipliers).map(multiplierText).join(', ') +
+          (more > 0 ? `, and ${more} smaller ones` : ''),
+      ],
+      ...means.map(([title, values, name]): [string, string] => [
+        title,
+        values
+          .slice(0, mostMeans)
+          .map((value, i) => `${name(i)} ${general(value)}`)
+          .join(', ') + (values.length > mostMeans ? ', … in the JSON' : ''),
+      ]),
+    ]),
+  );
+}
+
+function multiplierText({real, imaginary}: Multiplier): string {
+  if (imaginary === 0) return general(real);
+  const sign = imaginary < 0 ? '-' : '+';
+  return `${general(real)} ${sign} ${general(Math.abs(imaginary))}i (size ${general(Math.hypot(real, imaginary))})`;
 }
 
 function certificatePart(c: Certificate, accuracy: Accuracy | undefined): HTMLElement {

@@ -20,6 +20,7 @@ export class ConvergencePanel implements Panel {
   private readonly lastOnly = h('input', {type: 'checkbox', id: 'last-window'});
   private readonly wholeBound = h('input', {type: 'checkbox', id: 'whole-bound'});
   private readonly plot: LinePlot;
+  private readonly tools: HTMLElement;
   private marks: number[] = [];
   private decades: [number, number] = [-12, 0];
   private drawn = -1;
@@ -56,17 +57,13 @@ export class ConvergencePanel implements Panel {
         if (this.last !== null) this.update(this.last);
       });
     }
-    this.element = section(
-      'Convergence',
-      this.now,
-      this.plot.element,
-      h(
-        'div',
-        {class: 'tools'},
-        h('label', {class: 'check', for: 'last-window'}, this.lastOnly, 'Only the last window'),
-        h('label', {class: 'check', for: 'whole-bound'}, this.wholeBound, 'All of the bound'),
-      ),
+    this.tools = h(
+      'div',
+      {class: 'tools'},
+      h('label', {class: 'check', for: 'last-window'}, this.lastOnly, 'Only the last window'),
+      h('label', {class: 'check', for: 'whole-bound'}, this.wholeBound, 'All of the bound'),
     );
+    this.element = section('Convergence', this.now, this.plot.element, this.tools);
   }
 
   destroy(): void {
@@ -81,18 +78,26 @@ export class ConvergencePanel implements Panel {
     const method = model.summary?.method ?? model.analysis?.method;
     const mayIterate =
       method === undefined || method === Method.LAPLACE_ITERATION || method === Method.WU_CHEN_ITERATION;
-    const lost = length === 0 && model.ended && model.missed;
+    // Within a tolerance the same is solved with several grids, and their iterations are not reported.
+    const silent = model.analysis?.steps === 0;
+    const lost = model.ended && (model.missed || silent);
     show(this.element, length > 0 || (mayIterate && (!model.ended || lost)));
-    if (length === this.drawn && !lost) return;
-    this.drawn = length;
     show(this.plot.element, length > 0);
+    show(this.tools, length > 0);
     if (length === 0 || lastIterate === null) {
+      this.drawn = 0;
       setText(
         this.now,
-        lost ? 'The server no longer holds the iterations of this solve.' : 'No iteration has ended yet.',
+        silent
+          ? 'A solve within a tolerance reports no iterations. Give a number of steps to see them.'
+          : lost
+            ? 'The server no longer holds the iterations of this solve.'
+            : 'No iteration has ended yet.',
       );
       return;
     }
+    if (length === this.drawn) return;
+    this.drawn = length;
     const bound = iterates.bound[length - 1];
     setText(
       this.now,

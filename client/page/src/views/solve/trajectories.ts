@@ -187,8 +187,13 @@ export class TrajectoriesPanel implements Panel {
     ctx.save();
     ctx.strokeStyle = plotColors().marker;
     ctx.setLineDash([3, 4]);
+    // Of the pairs that are shown, and what is of no pair, such as a break point.
+    const {pairs} = this.chosen;
+    const isShown = (pair: number) => pairs.includes(pair);
     let drawn = 0;
-    for (const {time} of switchings) {
+    for (const {time, entering, leaving} of switchings) {
+      const of = [...entering, ...leaving];
+      if (pairs.length > 0 && of.length > 0 && !of.some(isShown)) continue;
       const x = Math.round(valToPos(time, 'x', true));
       if (x <= bbox.left || x > bbox.left + bbox.width) continue;
       if (++drawn > mostMarks) break;
