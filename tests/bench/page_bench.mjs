@@ -232,7 +232,7 @@ async function age() {
               const found = /^Window (\S+), iteration (\S+):/.exec(element.textContent);
               if (!found || found[0] === last) continue;
               last = found[0];
-              const key = `${Number(found[1].replaceAll(",", "")) - 1}/${found[2].replaceAll(",", "")}`;
+              const key = `${found[1]}/${found[2].replaceAll(",", "")}`;
               requestAnimationFrame(() => window.seen_.push([key, performance.timeOrigin + performance.now()]));
             }
           };

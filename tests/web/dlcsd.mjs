@@ -17,8 +17,14 @@ export class Dlcsd {
     return Dlcsd.#start(mkdtempSync(path.join(tmpdir(), "dlcs-web-")), []);
   }
 
-  static async #start(folder, flags) {
-    const listen = ["--listen", "127.0.0.1:0", "--http-listen", "127.0.0.1:0", "--log-level", "off", "--grace", "0"];
+  // With the same store and at the same address, after kill().
+  restart() {
+    const { folder, url } = this;
+    return Dlcsd.#start(folder, ["--store", path.join(folder, "jobs.db")], new URL(url).host);
+  }
+
+  static async #start(folder, flags, host = "127.0.0.1:0") {
+    const listen = ["--listen", "127.0.0.1:0", "--http-listen", host, "--log-level", "off", "--grace", "0"];
     const process_ = spawn(process.env.DLCSD, [...listen, ...flags], { stdio: ["ignore", "pipe", "inherit"] });
     let address;
     for await (const line of readline.createInterface({ input: process_.stdout })) {
@@ -29,10 +35,18 @@ export class Dlcsd {
     throw new Error("dlcsd has not printed where its page is");
   }
 
+  kill() {
+    return this.#end("SIGKILL");
+  }
+
   async stop() {
-    const ended = new Promise((resolve) => this.process_.once("exit", resolve));
-    this.process_.kill("SIGTERM");
-    await ended;
+    if (this.process_.signalCode === null) await this.#end("SIGTERM");
     rmSync(this.folder, { recursive: true });
+  }
+
+  async #end(signal) {
+    const ended = new Promise((resolve) => this.process_.once("exit", resolve));
+    this.process_.kill(signal);
+    await ended;
   }
 }

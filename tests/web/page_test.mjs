@@ -392,6 +392,30 @@ test("shows a solve of a server that keeps none", async () => {
   }
 });
 
+test("goes on where a server that was killed comes back", async () => {
+  let server = await Dlcsd.start();
+  try {
+    const context = await newContext();
+    const page = await context.newPage(); // whose console reports the calls that nobody answers
+    await page.goto(`${server.url}/#/submit`);
+    await submit(page, example("four-variables"), long);
+    await submitted(page);
+    await iterationAbove(page, 1);
+    await server.kill();
+    await page.getByText("The server does not answer.").waitFor(kPatience);
+    await page.screenshot({ path: "shots/server-gone.png", fullPage: true });
+    server = await server.restart();
+    assert.match(await verdict(page), /reached T/);
+    assert.equal(await page.getByText("The server does not answer.").isVisible(), false);
+    await page.getByText("1 window, none of them tried again").waitFor(kPatience);
+    await page.getByText(/^Window 0, iteration \d+/).waitFor(kPatience);
+    await page.screenshot({ path: "shots/server-back.png", fullPage: true });
+    await context.close();
+  } finally {
+    await server.stop();
+  }
+});
+
 test("asks for a token where there are users", async () => {
   const folder = dlcsd.folder;
   const saved = path.join(folder, "alice.token");

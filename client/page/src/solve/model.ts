@@ -87,6 +87,9 @@ export class SolveModel {
         break;
       case 'windowStarted': {
         const {window, begin, end, steps} = kind.value;
+        // After a crash of the server the window that ran begins once more.
+        const last = this.windows.at(-1);
+        if (last?.window === window && last.result === 'running') this.windows.pop();
         this.addWindow({window, begin, end, steps, iterations: 0, result: 'running', reason: ''});
         break;
       }

@@ -101,7 +101,7 @@ export class ConvergencePanel implements Panel {
     const bound = iterates.bound[length - 1];
     setText(
       this.now,
-      `Window ${lastIterate.window + 1}, iteration ${lastIterate.iteration}: ` +
+      `Window ${lastIterate.window}, iteration ${lastIterate.iteration}: ` +
         `change ${size(iterates.change[length - 1])}` +
         `${bound === null ? '' : `, at most 10^${bound.toFixed(1)} by theory`}, ` +
         `LCP residual ${size(iterates.residual[length - 1])}. ${count(length, 'iteration')} in all` +

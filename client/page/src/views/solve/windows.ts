@@ -50,7 +50,7 @@ export class WindowsPanel implements Panel {
       table(
         ['window', 'from t', 'to t', 'steps', 'iterations', 'result'],
         shown.map((row) => [
-          row.window + 1,
+          String(row.window),
           general(row.begin),
           general(row.end),
           row.steps || '',
