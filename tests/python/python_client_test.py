@@ -58,6 +58,7 @@ class SolveTest(unittest.TestCase):
             times = np.random.default_rng(1).uniform(0, 1, 50)
             self.assertLessEqual((np.abs(sol(times) - exact(times)).max(axis=1) / size).max(), tol)
             self.assertEqual(sol(0.5).shape, (2,))
+            np.testing.assert_array_equal(sol.sol(times), sol(times))  # as a result of solve_ivp
 
     def test_solutions_satisfy_the_complementarity_conditions(self):
         sol = dlcs.solve(**FOUR_ONE, f=["1.2*sin(10*t)", "0"])

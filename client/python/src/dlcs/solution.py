@@ -117,6 +117,11 @@ class Solution:
         x = self._at_nodes(flat)
         return place(x if x is not None else self._between_nodes(flat, self._repeat()(flat)))
 
+    @property
+    def sol(self: "_Solution") -> "_Solution":
+        """This solution, for programs that evaluate `sol.sol(t)` of the result of solve_ivp."""
+        return self
+
     def _sorted_times(self, t: Any) -> Tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
         """The different times in t, and what puts a column for each of them where t has it."""
         is_list = isinstance(t, (list, tuple, range)) or bool(getattr(t, "shape", ()))
