@@ -204,7 +204,7 @@ async function move() {
             `a frame takes ${told(lengths)}; processor time of the page for a step ${(busy / acts).toFixed(1)} ms`,
         );
       };
-      await page.focus(".plot");
+      await page.locator(".plot:visible").first().focus();
       await page.mouse.move(middle, at);
       await frames("zoom", (k) => page.mouse.wheel(0, Math.floor(k / 20) % 2 === 0 ? -30 : 30));
       await page.keyboard.press("0");

@@ -208,13 +208,15 @@ async function recordPlots(context) {
   await context.addInitScript(() => {
     const drawn = new WeakMap();
     const of = ({ canvas }) => drawn.get(canvas) ?? drawn.set(canvas, { labels: [], marks: 0 }).get(canvas);
-    const wrap = (name, before) => {
-      const original = CanvasRenderingContext2D.prototype[name];
-      CanvasRenderingContext2D.prototype[name] = function (...parameters) {
+    const wrap = (name, before, { prototype } = CanvasRenderingContext2D) => {
+      const original = prototype[name];
+      prototype[name] = function (...parameters) {
         before(this, parameters);
         return original.apply(this, parameters);
       };
     };
+    window.heights = []; // of the points of all lines
+    wrap("lineTo", (_, [, y]) => window.heights.push(y), Path2D);
     wrap("clearRect", ({ canvas }) => drawn.delete(canvas));
     wrap("fillText", (context, [text, left, top]) => {
       const { x, y } = context.getTransform().transformPoint(new DOMPoint(left, top));
@@ -261,6 +263,29 @@ test("shows the outputs of a job that has ended, over times of microseconds", as
   await page.screenshot({ path: "shots/outputs.png", fullPage: true });
   const [file] = await Promise.all([page.waitForEvent("download", kPatience), page.click(".files >> text=CSV")]);
   assert.match(readFileSync(await file.path(), "utf8"), /^t,output:t,twice\n/);
+  await context.close();
+});
+
+test("tells the labels of a large value that hardly changes apart, and draws its line smoothly", async () => {
+  const context = await newContext();
+  await recordPlots(context);
+  const page = await open(context, "#/submit");
+  await submit(
+    page,
+    '{"A": [[-1]], "B": [[0]], "N": [[0]], "M": [[1]], "f": ["1e6"], "g": ["1"], "x0": [1000000.001], "T": 1}',
+  );
+  await verdict(page);
+  await page.waitForTimeout(500);
+  const { labels } = await drawn(page);
+  const left = Math.min(...labels.map(({ x }) => x));
+  const beside = labels.filter(({ x }) => x === left).map(({ text }) => text);
+  assert.ok(beside.length > 2, JSON.stringify(labels));
+  assert.equal(new Set(beside).size, beside.length, beside.join());
+  assert.equal(beside[0], "1e6"); // and the others are so much above it
+  const heights = await page.evaluate(() => window.heights);
+  const between = heights.filter((y) => Math.abs(y - Math.round(y)) > 0.01).length;
+  assert.ok(between > 500, `${between} of ${heights.length} points between pixels`);
+  await page.screenshot({ path: "shots/offset.png", fullPage: true });
   await context.close();
 });
 

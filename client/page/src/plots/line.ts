@@ -176,7 +176,7 @@ export class LinePlot {
             splits: this.options.log ? (_, __, least, most) => decades(least, most) : undefined,
             filter: this.options.log ? (_, splits) => splits : undefined,
             values: (_, splits) =>
-              splits.map((value) => (value === null ? '' : this.options.log ? power(value) : general(value, 4))),
+              this.options.log ? splits.map((value) => (value === null ? '' : power(value))) : labelsOf(splits),
           },
         ],
         series: [
@@ -187,6 +187,8 @@ export class LinePlot {
               stroke: line.color(),
               width: line.width ?? 1.75,
               dash: line.dash,
+              // Between pixels too: rounded to them, a slowly rising line is a staircase.
+              pxAlign: 0,
               points: {show: () => this.times.length < fewPoints, size: 5},
               spanGaps: false,
               value: (_, value) => (value === null || value === undefined ? '' : general(value, 6)),
@@ -282,6 +284,16 @@ const wholeSteps = [1, 2, 5]
 function around(least: number | null, most: number | null): [number, number] {
   if (least === null || most === null || (least === 0 && most === 0)) return [0, 1];
   return uPlot.rangeNum(least, most, 0.1, true) as [number, number];
+}
+
+// The labels of the vertical axis, with as many digits as tell them apart. Where those have no room, all but the lowest
+// say how much they are above it.
+function labelsOf(splits: number[]): string[] {
+  for (const digits of [4, 5, 6]) {
+    const labels = splits.map((value) => short(value, digits));
+    if (new Set(labels).size === labels.length) return labels;
+  }
+  return splits.map((value, k) => (k === 0 ? short(value, 7) : `+${short(value - splits[0], 3)}`));
 }
 
 // The pixels from one label of the horizontal axis to the next, so that the longest of them fits.
