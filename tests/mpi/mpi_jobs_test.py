@@ -47,12 +47,12 @@ def run(*command, **changes):
     )
 
 
-def wall(cells):
+def wall(cells, coefficient=0.02):
     """Heat in a cube with contact at one face."""
-    file = path(f"wall-{cells}.json")
+    file = path(f"wall-{cells}-{coefficient}.json")
     if not os.path.exists(file):
-        made = run(DLCS, "model", "signorini", "--cells", cells, "--dimensions", 3, "--coefficient", 0.02, "--horizon",
-                   1, "--output", file)
+        made = run(DLCS, "model", "signorini", "--cells", cells, "--dimensions", 3, "--coefficient", coefficient,
+                   "--horizon", 1, "--output", file)
         assert made.returncode == 0, made.stderr
     return file
 
@@ -337,7 +337,9 @@ class MpiJobsTest(unittest.TestCase):
         # What the launcher waits for was not predicted.
         late = script("late.sh", f"sleep 6\nshift\nexec {LAUNCHER.format(ranks=2)} \"$@\"\n")
         with Server(launcher=f"{late} {{ranks}}") as server:
-            name = server.submit(wall(16), *STEPS, "--steps", "7000", "--at", "0:0.001:1", "--within", "10")
+            # So fast a diffusion that each step needs multigrid.
+            slow = wall(16, coefficient=200)
+            name = server.submit(slow, *STEPS, "--steps", "7000", "--at", "0:0.001:1", "--within", "10")
             job = server.end(name, 30)
             self.assertEqual(job["state"], "JOB_STATE_FAILED")
             self.assertIn("deadline", job["error"]["message"])

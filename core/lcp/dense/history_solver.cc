@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/lcp/dense/basic_solutions.h"
+#include "core/lcp/dense/complementary_solver.h"
 #include "core/linalg/balance.h"
 #include "core/linalg/decompositions.h"
 #include "core/matrix_classes/positive_semidefinite.h"
@@ -34,12 +35,13 @@ HistorySolver::HistorySolver(const Matrix& M, const Matrix& K) : HistorySolver(M
   of_start_ = row.asDiagonal() * K * column.asDiagonal();
   for (const std::vector<Index>& block : blocks_) {
     Matrix of_block = of_solved_(block, block);
-    may_fold_.push_back(!TestPositiveSemidefinite(M(block, block)).yes());
-    if (!may_fold_.back()) {
+    const bool may_fold = !TestPositiveSemidefinite(M(block, block)).yes();
+    if (!may_fold) {
       of_block += of_start_(block, block);
       of_start_(block, block).setZero();
     }
     of_blocks_.emplace_back(of_block);
+    of_blocks_.back().may_fold_ = may_fold;
   }
 }
 
@@ -80,7 +82,7 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
     }
     return false;
   };
-  if (follow(0) || IsOnlyOne(basis) || follow(1.0 / 1024) || follow(1)) {
+  if (follow(0) || IsOnlyOne(basis) || follow(1.0 / 1024) || follow(1) || FindAny(basis)) {
     DropIdle(basis);
     point_.Write(lcp_, y);
     return LcpStatus::kSolved;
@@ -121,7 +123,7 @@ bool HistorySolver::LeavesWithoutNeed(const Basis& basis) {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const std::vector<Index>& block = blocks_[b];
     const Basis before = PartOf(start_, block);
-    if (!may_fold_[b] || PartOf(basis, block) == before) continue;
+    if (!of_blocks_[b].may_fold_ || PartOf(basis, block) == before) continue;
     Vector of_others = of_solved_(block, Eigen::all) * y;
     of_others -= of_solved_(block, block) * y(block);
     HistorySolver& solver = of_blocks_[b];
@@ -176,6 +178,17 @@ bool HistorySolver::IsOnlyOne(Basis& basis) {
   std::fill(basis.begin(), basis.end(), std::uint8_t{0});
   for (const Index i : all.solutions.front().basis) basis[static_cast<std::size_t>(i)] = 1;
   return point_.Compute(lcp_, basis) && point_.solved() && !LeavesWithoutNeed(basis);
+}
+
+// Ties may end all paths. Where there are no folds every solution has the same w, so any will do.
+bool HistorySolver::FindAny(Basis& basis) {
+  if (may_fold_) return false;
+  ComplementarySolver solver(lcp_.M(), ComplementarySolver::Known::kNothing);
+  Vector y(lcp_.size());
+  basis = start_;
+  const LcpStatus verdict = solver.Solve(lcp_.q, lcp_.tolerance, basis, y);
+  pivots_ += solver.Account().pivots;
+  return verdict == LcpStatus::kSolved && point_.Compute(lcp_, basis) && point_.solved();
 }
 
 int SignOfDeterminant(const Matrix& M, const Basis& basis) {

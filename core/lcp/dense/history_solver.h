@@ -26,8 +26,8 @@ namespace dlcs {
 //
 // Where the path does not end in a solution, or ends between two folds, small problems are searched for all: if there
 // is one alone it is taken. Otherwise all of y_S and w off S are raised a little, or as much as what is violated: a
-// path inside of the cone of the guess does not meet the ties on its boundary. kRay where none of them ends in a
-// solution.
+// path inside of the cone of the guess does not meet the ties on its boundary. In a block without folds any solution
+// will do, by core/lcp/dense/complementary_solver.h. kRay where none of them ends in a solution.
 class HistorySolver final : public LcpSolver {
  public:
   explicit HistorySolver(const Matrix& M);
@@ -46,6 +46,7 @@ class HistorySolver final : public LcpSolver {
   bool LeavesWithoutNeed(const Basis& basis);
   Vector ScaledY() const;
   bool IsOnlyOne(Basis& basis);
+  bool FindAny(Basis& basis);
 
   ScaledLcp lcp_;
   BasisPoint point_;
@@ -54,7 +55,7 @@ class HistorySolver final : public LcpSolver {
   Matrix of_solved_;                        // M, scaled, by which blocks depend on those before them
   Matrix of_start_;                         // K, scaled, where the solution before stands for the new one
   std::vector<HistorySolver> of_blocks_;
-  std::vector<bool> may_fold_;  // the blocks whose M is not positive semidefinite
+  bool may_fold_ = true;  // M is not known to be positive semidefinite
   Basis start_;
   Index pivots_ = 0;
   std::string message_;

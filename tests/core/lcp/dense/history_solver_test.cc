@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
 #include <utility>
 
 namespace dlcs {
@@ -70,6 +72,38 @@ TEST(HistorySolverTest, ComparatorsThatTurnAtTheSameTimeDoNotWaitForEachOther) {
     const bool is_high = c > -0.5 && c != -1;
     for (Index k = 0; k < 2 * kCount; k += 2) EXPECT_NEAR(y[k], is_high ? 1 : 0, 1e-6) << c;
   }
+}
+
+// Beside a comparator a block without folds, with many ties and entries of very different sizes. Every problem has a
+// solution; of some the basis is too close to singular.
+TEST(HistorySolverTest, SolvesBlocksWithoutFoldsWhereTiesEndEveryPath) {
+  constexpr Index kSize = 14;
+  std::mt19937 random(1);
+  const auto below = [&](int count) { return static_cast<int>(random() % static_cast<unsigned>(count)); };
+  int solved = 0;
+  constexpr int kProblems = 2000;
+  for (int problem = 0; problem < kProblems; ++problem) {
+    Matrix G = Matrix::Zero(kSize, kSize / 2), skew = Matrix::Zero(kSize, kSize);
+    for (Index k = 0; k < G.size(); ++k) G.data()[k] = below(3) == 0 ? std::ldexp(below(2) * 2 - 1, -6 * below(3)) : 0;
+    for (Index k = 0; k < skew.size(); ++k) skew.data()[k] = below(4) == 0 ? below(3) - 1 : 0;
+    const Matrix block = G * G.transpose() + skew - skew.transpose();
+    Matrix M = Matrix::Zero(kSize + 2, kSize + 2);
+    M.topLeftCorner(2, 2) << -2 * kHysteresis, 1, -1, 0;
+    M.bottomRightCorner(kSize, kSize) = block;
+    Vector y = Vector::Zero(kSize), w = y;
+    for (Index i = 0; i < kSize; ++i) {
+      const int kind = below(4);
+      if (kind == 0) y[i] = std::ldexp(1 + below(3), -8 * below(3));
+      if (kind == 1) w[i] = std::ldexp(1 + below(3), -8 * below(3));
+    }
+    Vector q(kSize + 2);
+    q << 1, 1, w - block * y;
+    HistorySolver solver(M, Matrix::Zero(kSize + 2, kSize + 2));
+    Basis basis(kSize + 2, 0);
+    Vector found(kSize + 2);
+    solved += solver.Solve(q, Vector::Zero(kSize + 2), basis, found) == LcpStatus::kSolved;
+  }
+  EXPECT_GE(solved, 0.995 * kProblems);
 }
 
 TEST(HistorySolverTest, SaysWhereThePathDoesNotEnd) {
