@@ -402,7 +402,7 @@ class Formulation {
       return absl::InvalidArgumentError(
           WithPlace(ElementAt(source.element)) +
           " is in a loop with capacitors alone, or in a cutset with inductors alone, which needs the derivative of its "
-          "expression: write it as SIN, PULSE, PWL, EXP or SFFM, or put a resistance between them");
+          "expression: write it as SIN, PULSE, PWL, EXP, SFFM or AM, or put a resistance between them");
     }
     return absl::OkStatus();
   }

@@ -62,7 +62,20 @@ std::string TextOf(const PulseWave& wave, double) {
   return Plus(NumberText(wave.low), change == 1 ? step : Number(change) + "*" + step);
 }
 
-std::string TextOf(const SineWave& wave, double) {
+// After its cycles.
+double EndOf(const SineWave& wave) { return wave.delay + wave.cycles / wave.frequency; }
+
+double ValueAt(const SineWave& wave, double time) {
+  const double since = std::max(0.0, time - wave.delay);
+  return wave.offset + wave.amplitude * std::exp(-wave.damping * since) *
+                           std::sin(kTwoPi * wave.frequency * since + wave.phase * std::numbers::pi / 180);
+}
+
+// Before and after its cycles.
+double RestOf(const SineWave& wave) { return ValueAt(wave, wave.delay); }
+
+std::string TextOf(const SineWave& wave, double inside) {
+  if (std::isfinite(wave.cycles) && inside >= EndOf(wave)) return NumberText(RestOf(wave));
   const std::string since = wave.delay > 0 ? "max(0, " + Since(wave.delay) + ")" : Since(wave.delay);
   std::string angle = Number(kTwoPi * wave.frequency) + "*" + since;
   if (wave.phase != 0) angle += " + " + Number(wave.phase * std::numbers::pi / 180);
@@ -128,6 +141,15 @@ std::string TextOf(const FrequencyModulatedWave& wave, double) {
   return Plus(NumberText(wave.offset), Number(wave.amplitude) + "*sin(" + Angle(wave) + ")");
 }
 
+std::string SineText(double frequency, double delay) {
+  return "sin(" + Number(kTwoPi * frequency) + "*" + Since(delay) + ")";
+}
+
+std::string TextOf(const AmplitudeModulatedWave& wave, double) {
+  return From(wave.delay) + "(" + NumberText(wave.offset) + " + (" + NumberText(wave.mean) + " + " +
+         Number(wave.depth) + "*" + SineText(wave.signal, wave.delay) + ")*" + SineText(wave.carrier, wave.delay) + ")";
+}
+
 bool IsClosed(const GateWave& wave, double inside) {
   const auto edges = std::upper_bound(wave.times.begin(), wave.times.end(), inside) - wave.times.begin();
   return wave.starts_closed != (edges % 2 == 1);
@@ -154,7 +176,8 @@ std::string Derivative(const PulseWave& wave, double) {
   return slope == "0" || up_to_end.empty() ? slope : "(" + slope + ")" + up_to_end;
 }
 
-std::string Derivative(const SineWave& wave, double) {
+std::string Derivative(const SineWave& wave, double inside) {
+  if (std::isfinite(wave.cycles) && inside >= EndOf(wave)) return "0";
   const std::string since = wave.delay > 0 ? "max(0, " + Since(wave.delay) + ")" : Since(wave.delay);
   const double omega = kTwoPi * wave.frequency;
   std::string angle = Number(omega) + "*" + since;
@@ -197,6 +220,15 @@ std::string Derivative(const FrequencyModulatedWave& wave, double) {
          Angle(wave) + ")";
 }
 
+std::string Derivative(const AmplitudeModulatedWave& wave, double) {
+  const auto cosine = [&wave](double frequency) {
+    return Number(kTwoPi * frequency) + "*cos(" + Number(kTwoPi * frequency) + "*" + Since(wave.delay) + ")";
+  };
+  const std::string signal = SineText(wave.signal, wave.delay), carrier = SineText(wave.carrier, wave.delay);
+  return From(wave.delay) + "(" + Number(wave.depth) + "*" + cosine(wave.signal) + "*" + carrier + " + (" +
+         NumberText(wave.mean) + " + " + Number(wave.depth) + "*" + signal + ")*" + cosine(wave.carrier) + ")";
+}
+
 std::string Derivative(const GateWave&, double) { return "0"; }
 
 std::string Derivative(const FormulaWave&, double) { return "0"; }
@@ -223,6 +255,8 @@ std::string Fault(const SineWave& wave) {
   if (!IsFinite({wave.offset, wave.amplitude, wave.frequency, wave.delay, wave.damping, wave.phase})) {
     return "a number of SIN is not finite";
   }
+  if (!(wave.cycles > 0)) return "the number of cycles of SIN is " + NumberText(wave.cycles) + "; must be above 0";
+  if (std::isfinite(wave.cycles) && !(wave.frequency > 0)) return "FREQ of SIN with cycles must be above 0";
   return "";
 }
 
@@ -256,6 +290,13 @@ std::string Fault(const FrequencyModulatedWave& wave) {
              : "a number of SFFM is not finite";
 }
 
+std::string Fault(const AmplitudeModulatedWave& wave) {
+  if (!IsFinite({wave.offset, wave.mean, wave.depth, wave.signal, wave.carrier, wave.delay})) {
+    return "a number of AM is not finite";
+  }
+  return wave.delay < 0 ? "TD of AM must be at least 0" : "";
+}
+
 std::string Fault(const FormulaWave& wave) {
   const double start = StartValue(wave);
   return std::isfinite(start) && std::isfinite(wave.peak) ? "" : "its expression is not finite at all times";
@@ -275,7 +316,11 @@ std::vector<double> Cuts(const Waveform& wave, double horizon) {
     times = &line->times;
   }
   if (const auto* gate = std::get_if<GateWave>(&wave)) times = &gate->times;
-  std::vector<double> cuts;
+  std::vector<double> cuts, end;
+  if (const auto* sine = std::get_if<SineWave>(&wave); sine != nullptr && std::isfinite(sine->cycles)) {
+    end = {EndOf(*sine)};
+    times = &end;
+  }
   if (times == nullptr) return cuts;
   for (const double time : *times) {
     if (time > 0 && time < horizon && (cuts.empty() || cuts.back() < time)) cuts.push_back(time);
@@ -311,6 +356,14 @@ bool HasJump(const Waveform& wave, double horizon) {
     return line->repeats_from && line->times.back() < horizon &&
            ValueAt(*line, *line->repeats_from) != line->values.back();
   }
+  if (const auto* sine = std::get_if<SineWave>(&wave)) {
+    constexpr double kRounding = 1e-12;
+    return !Cuts(wave, horizon).empty() &&
+           std::abs(ValueAt(*sine, EndOf(*sine)) - RestOf(*sine)) > kRounding * std::abs(sine->amplitude);
+  }
+  if (const auto* modulated = std::get_if<AmplitudeModulatedWave>(&wave)) {
+    return modulated->offset != 0 && modulated->delay > 0 && modulated->delay < horizon;
+  }
   return std::holds_alternative<GateWave>(wave) && !Cuts(wave, horizon).empty();
 }
 
@@ -321,18 +374,18 @@ double StartValue(const Waveform& wave) {
       return given.delay <= 0 && given.rise == 0 && given.width + given.fall > 0 ? given.high : given.low;
     }
     double operator()(const SineWave& given) const {
-      const double since = std::max(0.0, -given.delay);
-      return given.offset + given.amplitude * std::exp(-given.damping * since) *
-                                std::sin(kTwoPi * given.frequency * since + given.phase * std::numbers::pi / 180);
+      return std::isfinite(given.cycles) && EndOf(given) <= 0 ? RestOf(given) : ValueAt(given, 0);
     }
     double operator()(const PiecewiseLinearWave& given) const { return ValueAt(given, 0); }
     double operator()(const ExponentialWave& given) const { return given.first; }
     double operator()(const FrequencyModulatedWave& given) const { return given.offset; }
+    double operator()(const AmplitudeModulatedWave& given) const { return given.delay > 0 ? 0 : given.offset; }
     double operator()(const GateWave& given) const { return IsClosed(given, 0) ? 1 : 0; }
     double operator()(const FormulaWave& given) const {
       auto formula = Formula::Parse(given.text);
-      // Not at 0 itself: (t > 0) is 1 from the right.
-      return formula.ok() ? formula->Evaluate(std::numeric_limits<double>::denorm_min()) : std::nan("");
+      // Not at 0 itself: (t > 0) is 1 from the right. What is as small as that time is 0.
+      const double value = formula.ok() ? formula->Evaluate(std::numeric_limits<double>::denorm_min()) : std::nan("");
+      return std::abs(value) < std::numeric_limits<double>::min() ? 0 : value;
     }
   };
   return std::visit(Start(), wave);
@@ -353,6 +406,9 @@ double Peak(const Waveform& wave) {
     }
     double operator()(const FrequencyModulatedWave& given) const {
       return std::abs(given.offset) + std::abs(given.amplitude);
+    }
+    double operator()(const AmplitudeModulatedWave& given) const {
+      return std::abs(given.offset) + std::abs(given.mean) + std::abs(given.depth);
     }
     double operator()(const GateWave&) const { return 1; }
     double operator()(const FormulaWave& given) const { return given.peak; }

@@ -26,14 +26,15 @@ struct PulseWave {
   double cycles = std::numeric_limits<double>::infinity();  // >= 1, whole
 };
 
-// offset + amplitude e^{-damping (t - delay)} sin(2π frequency (t - delay) + phase) from `delay` on, before it the
-// value at `delay`. It may be before 0.
+// offset + amplitude e^{-damping (t - delay)} sin(2π frequency (t - delay) + phase) from `delay` on, for `cycles`
+// periods; before and after it the value at `delay`, which may be before 0.
 struct SineWave {
   double offset = 0, amplitude = 0;
-  double frequency = 0;  // Hz
-  double delay = 0;      // s
-  double damping = 0;    // 1/s
-  double phase = 0;      // degrees
+  double frequency = 0;                                     // Hz
+  double delay = 0;                                         // s
+  double damping = 0;                                       // 1/s
+  double phase = 0;                                         // degrees
+  double cycles = std::numeric_limits<double>::infinity();  // above 0, of a frequency above 0
 };
 
 // Straight lines through points; constant before the first and after the last. Two points at one time are a jump. With
@@ -58,6 +59,13 @@ struct FrequencyModulatedWave {
   double signal = 0;  // Hz
 };
 
+// offset + (mean + depth sin(2π signal (t - delay))) sin(2π carrier (t - delay)) from `delay` on, before it 0.
+struct AmplitudeModulatedWave {
+  double offset = 0, mean = 0, depth = 0;
+  double signal = 0, carrier = 0;  // Hz
+  double delay = 0;                // s, >= 0
+};
+
 // 0 or 1; changes at each of `times`.
 struct GateWave {
   bool starts_closed = false;
@@ -71,13 +79,13 @@ struct FormulaWave {
 };
 
 using Waveform = std::variant<ConstantWave, PulseWave, SineWave, PiecewiseLinearWave, ExponentialWave,
-                              FrequencyModulatedWave, GateWave, FormulaWave>;
+                              FrequencyModulatedWave, AmplitudeModulatedWave, GateWave, FormulaWave>;
 
 // Why the numbers of a waveform are invalid; empty if they are valid.
 std::string FaultOf(const Waveform& wave);
 
 // The times in (0, horizon) at which a formula of the waveform ends: the points of a piecewise linear one, the edges of
-// a gate. The formulas of the others hold for all times.
+// a gate, the end of a sine. The formulas of the others hold for all times.
 std::vector<double> Cuts(const Waveform& wave, double horizon);
 
 // The waveform between two of its cuts as a formula in t (core/problem/formula.h); `inside` is a time there.

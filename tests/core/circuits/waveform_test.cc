@@ -62,6 +62,31 @@ TEST(WaveformTest, SinesStartLateAndDecay) {
   EXPECT_EQ(FaultOf(ahead), "");
 }
 
+TEST(WaveformTest, SinesEndAfterTheirCycles) {
+  const SineWave sine{.offset = 1, .amplitude = 2, .frequency = 0.5, .delay = 1, .phase = 30, .cycles = 1.25};
+  EXPECT_THAT(Cuts(sine, 10), ::testing::ElementsAre(3.5));
+  EXPECT_TRUE(Cuts(sine, 3).empty());
+  EXPECT_NEAR(ValueAt(sine, 3), 1 + 2 * std::sin(std::numbers::pi * 2 + std::numbers::pi / 6), 1e-14);
+  EXPECT_NEAR(ValueAt(sine, 3.6), 2, 1e-14);  // what it was before its delay
+  EXPECT_NEAR(ValueAt(sine, 3.6), ValueAt(sine, 0.5), 1e-14);
+  EXPECT_TRUE(HasJump(sine, 10));
+  EXPECT_FALSE(HasJump(sine, 3));
+  EXPECT_FALSE(HasJump(SineWave{.amplitude = 2, .frequency = 0.3, .delay = 1, .phase = 180, .cycles = 3}, 100));
+  EXPECT_THAT(FaultOf(SineWave{.amplitude = 1, .frequency = 1, .cycles = -1}), ::testing::HasSubstr("cycles"));
+}
+
+TEST(WaveformTest, AmplitudesAreModulated) {
+  const AmplitudeModulatedWave wave{.offset = 0.5, .mean = 2, .depth = -1, .signal = 0.1, .carrier = 3, .delay = 1};
+  EXPECT_EQ(ValueAt(wave, 0.9), 0);
+  EXPECT_EQ(StartValue(wave), 0);
+  EXPECT_NEAR(ValueAt(wave, 3.3),
+              0.5 + (2 - std::sin(0.2 * std::numbers::pi * 2.3)) * std::sin(6 * std::numbers::pi * 2.3), 1e-13);
+  EXPECT_TRUE(HasJump(wave, 2));
+  EXPECT_FALSE(HasJump(wave, 0.5));
+  EXPECT_EQ(Peak(wave), 3.5);
+  EXPECT_NE(FaultOf(AmplitudeModulatedWave{.delay = -1}), "");
+}
+
 TEST(WaveformTest, LinesAreCutAtTheirPoints) {
   const PiecewiseLinearWave line{.times = {1, 2, 2, 4}, .values = {5, 7, 0, -2}};
   EXPECT_THAT(Cuts(line, 4), ::testing::ElementsAre(1, 2));
@@ -106,6 +131,7 @@ TEST(WaveformTest, LinesRepeatFromATimeOn) {
 
 TEST(WaveformTest, AFormulaStartsAtItsLimitFromTheRight) {
   EXPECT_EQ(StartValue(FormulaWave{"3*(t > 0) + cos(t)", 4}), 4);
+  EXPECT_EQ(StartValue(FormulaWave{"t*1e5", 4}), 0);
   EXPECT_NE(FaultOf(FormulaWave{"1/t", 1}), "");
   EXPECT_FALSE(HasDerivative(FormulaWave{"t", 1}));
 }
@@ -125,7 +151,9 @@ TEST(WaveformTest, DerivativesAreThoseOfTheFormulas) {
       PiecewiseLinearWave{.times = {1, 2, 4}, .values = {5, 7, -2}},
       PiecewiseLinearWave{.times = {0, 0.5, 1.1, 1.9}, .values = {2, 5, 7, -2}, .repeats_from = 0.5},
       ExponentialWave{.first = 1, .second = 4, .rise_delay = 0.3, .rise = 0.7, .fall_delay = 2, .fall = 1.2},
-      FrequencyModulatedWave{.offset = 1, .amplitude = 2, .carrier = 1.1, .index = 0.4, .signal = 0.3}};
+      FrequencyModulatedWave{.offset = 1, .amplitude = 2, .carrier = 1.1, .index = 0.4, .signal = 0.3},
+      SineWave{.offset = 1, .amplitude = 2, .frequency = 0.5, .delay = 0.2, .damping = 0.1, .cycles = 2.1},
+      AmplitudeModulatedWave{.offset = 1, .mean = -2, .depth = 3, .signal = 0.3, .carrier = 1.1, .delay = 0.6}};
   for (const Waveform& wave : waves) {
     for (double t = 0.043; t < 6; t += 0.37) {
       const double h = 1e-6;
