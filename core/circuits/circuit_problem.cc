@@ -161,7 +161,8 @@ class Formulation {
       // At rest every winding is a short, whichever of them is the port. The order of all branches stays the same.
       const auto rest = FindOperatingPoint(circuit_, MakeBranches(circuit_, in_loop_), values);
       if (!rest.ok()) return rest.status();
-      for (Index k = 0; k < z.size(); ++k) z[k] = (*rest)[order[AsSize(k)]];
+      for (Index k = 0; k < z.size(); ++k) z[k] = rest->storages[order[AsSize(k)]];
+      notes_.insert(notes_.end(), rest->notes.begin(), rest->notes.end());
     }
     // Charge and flux are kept.
     x0_ = states_.StartOf(z);

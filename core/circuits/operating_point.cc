@@ -101,6 +101,7 @@ struct RestProblem {
   Matrix storage;    // storages × y
   Vector constant;   // storages
   BranchVoltages clamps;
+  BranchVoltages blocking;  // across the elements that may block: diodes and switches
 };
 
 RestProblem MakeRestProblem(const RestNetwork& at_rest, const Circuit& circuit, const CircuitBranches& graph,
@@ -113,6 +114,7 @@ RestProblem MakeRestProblem(const RestNetwork& at_rest, const Circuit& circuit, 
                    Vector::Zero(pairs),
                    Matrix::Zero(storages, pairs),
                    Vector::Zero(storages),
+                   {},
                    {}};
   Vector& sign = rest.sign;
   std::vector<Index> input(AsSize(pairs));
@@ -154,6 +156,19 @@ RestProblem MakeRestProblem(const RestNetwork& at_rest, const Circuit& circuit, 
   for (Index k = 0; k < clamps; ++k) set_potential(k, graph.clamps[AsSize(k)].node);
   for (const FreeVoltage& free : at_rest.free) {
     set_potential(clamps + free.given, circuit.node_voltages[AsSize(free.given)].node);
+  }
+  std::vector<Index> may_block;
+  for (Index e = 0; e < static_cast<Index>(circuit.elements.size()); ++e) {
+    const ElementKind kind = circuit.elements[AsSize(e)].kind;
+    if (kind == ElementKind::kDiode || kind == ElementKind::kSwitch) may_block.push_back(e);
+  }
+  rest.blocking.of_y = Matrix::Zero(static_cast<Index>(may_block.size()), pairs);
+  rest.blocking.constant = Vector::Zero(static_cast<Index>(may_block.size()));
+  for (Index k = 0; k < rest.blocking.constant.size(); ++k) {
+    const Element& element = circuit.elements[AsSize(may_block[AsSize(k)])];
+    RowVector of_y(pairs);
+    rest.blocking.constant[k] = split(network.Potential(element.plus) - network.Potential(element.minus), of_y);
+    rest.blocking.of_y.row(k) = of_y;
   }
   return rest;
 }
@@ -200,6 +215,41 @@ std::string NoOperatingPoint(const CircuitBranches& graph, const Circuit& circui
          "reason";
 }
 
+// Of all solutions of a positive semidefinite problem that with the least sum of squares of blocking voltages.
+absl::StatusOr<Vector> LeastBlocking(const RestProblem& rest, const Circuit& circuit, const CircuitBranches& graph) {
+  const absl::Status not_decided = absl::InvalidArgumentError(
+      "could not decide whether the operating point at 0 is the only one; give the "
+      "start with IC= and UIC");
+  if (rest.blocking.constant.size() == 0) return not_decided;
+  const LcpRequest request{.rule = SolutionRule::kMinimizer,
+                           .selector = Selector{rest.blocking.of_y, -rest.blocking.constant}};
+  const auto chosen = SolveLcp(rest.M, rest.q, request);
+  if (!chosen.ok()) return chosen.status();
+  if (chosen->verdict != LcpStatus::kSolved) return not_decided;
+  const Index open = FirstOpenRow(rest.M, rest.q, rest.storage, chosen->y, rest.blocking.of_y);
+  if (open >= 0) return NotDetermined(circuit.elements[AsSize(graph.storages[AsSize(open)].element)]);
+  return open < -1 ? absl::StatusOr<Vector>(not_decided) : chosen->y;
+}
+
+// Switches with hysteresis that are neither open nor closed: the circuit rests in neither state.
+std::vector<std::string> NotesOnHalfClosed(const RestProblem& rest, const Circuit& circuit,
+                                           const CircuitBranches& graph, const Vector& y) {
+  constexpr double kSame = 1e-9;
+  std::vector<std::string> notes;
+  for (std::size_t k = 0; k < graph.clamps.size(); ++k) {
+    const ClampBranches& clamp = graph.clamps[k];
+    const Element& element = circuit.elements[AsSize(clamp.element)];
+    if (!clamp.is_gate || element.switching.hysteresis == 0) continue;
+    const auto row = static_cast<Index>(k);
+    const double gate = rest.clamps.constant[row] + rest.clamps.of_y.row(row).dot(y);
+    if (!(gate > kSame && gate < 1 - kSame)) continue;
+    notes.push_back(WithPlace(element) +
+                    " starts between open and closed, since the circuit is at rest in neither state: it oscillates, "
+                    "and other programs begin elsewhere in the period; IC= and UIC give another start");
+  }
+  return notes;
+}
+
 // y at the start if M is of no class.
 absl::StatusOr<Vector> StartAmongSeveral(const RestProblem& rest, const Circuit& circuit,
                                          const CircuitBranches& graph) {
@@ -227,8 +277,8 @@ absl::StatusOr<Vector> StartAmongSeveral(const RestProblem& rest, const Circuit&
 
 }  // namespace
 
-absl::StatusOr<Vector> FindOperatingPoint(const Circuit& circuit, const CircuitBranches& graph,
-                                          const Vector& source_values) {
+absl::StatusOr<OperatingPoint> FindOperatingPoint(const Circuit& circuit, const CircuitBranches& graph,
+                                                  const Vector& source_values) {
   const auto at_rest = MakeRestNetwork(circuit, graph);
   if (!at_rest.ok()) return at_rest.status();
   const LinearNetwork& network = at_rest->network;
@@ -242,9 +292,9 @@ absl::StatusOr<Vector> FindOperatingPoint(const Circuit& circuit, const CircuitB
         circuit.node_voltages[AsSize(at_rest->held[k])].volts;
   }
   const RestProblem rest = MakeRestProblem(*at_rest, circuit, graph, given);
-  const auto start_at = [&](const Vector& y) -> absl::StatusOr<Vector> {
+  const auto start_at = [&](const Vector& y) -> absl::StatusOr<OperatingPoint> {
     if (absl::Status status = MissedVoltage(*at_rest, rest, circuit, graph, y); !status.ok()) return status;
-    return StorageAt(rest, y);
+    return OperatingPoint{StorageAt(rest, y), NotesOnHalfClosed(rest, circuit, graph, y)};
   };
   if (rest.q.size() == 0) return start_at(Vector(0));
 
@@ -259,13 +309,17 @@ absl::StatusOr<Vector> FindOperatingPoint(const Circuit& circuit, const CircuitB
   if (solved->verdict != LcpStatus::kSolved) return absl::InvalidArgumentError(NoOperatingPoint(graph, circuit));
   if (matrix_class.p.yes() || rest.storage.isZero(0)) return start_at(solved->y);
   const Index open = FirstOpenRow(rest.M, rest.q, rest.storage, solved->y);
-  if (open >= 0) return NotDetermined(circuit.elements[AsSize(graph.storages[AsSize(open)].element)]);
-  if (open < -1) {
-    return absl::InvalidArgumentError(
-        "could not decide whether the operating point at 0 is the only one; give the "
-        "start with IC= and UIC");
+  if (open == -1) return start_at(solved->y);
+  const auto least = LeastBlocking(rest, circuit, graph);
+  if (!least.ok()) return least.status();
+  auto start = start_at(*least);
+  if (start.ok() && open >= 0) {
+    start->notes.push_back(
+        "the operating point at 0 does not determine the voltage of " +
+        WithPlace(circuit.elements[AsSize(graph.storages[AsSize(open)].element)]) +
+        ": as if all diodes and switches that block had the same tiny conductance; .ic V(node)=... gives another");
   }
-  return start_at(solved->y);
+  return start;
 }
 
 }  // namespace dlcs

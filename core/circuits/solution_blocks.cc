@@ -402,7 +402,8 @@ BlockSolutions SolveByBlocks(const Matrix& M, const Vector& q, const Vector& tol
   return BlockSearch(M, q, tolerance, observed, clamps, sign).Run();
 }
 
-Index FirstOpenRow(const Matrix& given_M, const Vector& given_q, const Matrix& rows, const Vector& y) {
+Index FirstOpenRow(const Matrix& given_M, const Vector& given_q, const Matrix& rows, const Vector& y,
+                   const Matrix& fixed) {
   const Index pairs = y.size();
   Vector unit(pairs);  // of y: M then has entries of a moderate size
   for (Index k = 0; k < pairs; ++k) unit[k] = given_M(k, k) > 0 ? 1 / std::sqrt(given_M(k, k)) : 1;
@@ -410,7 +411,7 @@ Index FirstOpenRow(const Matrix& given_M, const Vector& given_q, const Matrix& r
   const Vector q = unit.cwiseProduct(given_q), at = y.cwiseQuotient(unit);
   const double size = std::max({1e-300, q.cwiseAbs().maxCoeff(), at.cwiseAbs().maxCoeff()});
 
-  LinearProgram program = MakeLinearProgram(2 * pairs + 1, pairs);
+  LinearProgram program = MakeLinearProgram(2 * pairs + 1 + fixed.rows(), pairs);
   const Vector z = at / size, scaled_q = q / size;
   program.rows.topRows(pairs) = M;
   program.row_lower.head(pairs) = -scaled_q;
@@ -418,6 +419,12 @@ Index FirstOpenRow(const Matrix& given_M, const Vector& given_q, const Matrix& r
   program.row_lower.segment(pairs, pairs) = program.row_upper.segment(pairs, pairs) = (M + M.transpose()) * z;
   program.rows.row(2 * pairs) = scaled_q.transpose();
   program.row_lower[2 * pairs] = program.row_upper[2 * pairs] = scaled_q.dot(z);
+  for (Index k = 0; k < fixed.rows(); ++k) {
+    Eigen::RowVectorXd row = fixed.row(k) * unit.asDiagonal();
+    row /= std::max(1e-300, row.cwiseAbs().maxCoeff());
+    program.rows.row(2 * pairs + 1 + k) = row;
+    program.row_lower[2 * pairs + 1 + k] = program.row_upper[2 * pairs + 1 + k] = row.dot(z.transpose());
+  }
   for (Index s = 0; s < rows.rows(); ++s) {
     Eigen::RowVectorXd row = rows.row(s) * unit.asDiagonal();
     const double largest = row.cwiseAbs().maxCoeff();

@@ -45,8 +45,9 @@ BlockSolutions SolveByBlocks(const Matrix& M, const Vector& q, const Vector& tol
 
 // The first of `rows`, linear functions of y, that differs among the solutions of LCP(q, M), of which `y` is one; -1 if
 // none does, -2 if it could not be decided. For a positive semidefinite M: the others are { y >= 0, q + M y >= 0,
-// (M + Mᵀ)(y - y*) = 0, qᵀ(y - y*) = 0 } ([Cottle 1992], Theorem 3.1.7). Cost: two linear programs for each row.
-Index FirstOpenRow(const Matrix& M, const Vector& q, const Matrix& rows, const Vector& y);
+// (M + Mᵀ)(y - y*) = 0, qᵀ(y - y*) = 0 } ([Cottle 1992], Theorem 3.1.7). Only those count that have the values of `y`
+// in the linear functions `fixed`. Cost: two linear programs for each row.
+Index FirstOpenRow(const Matrix& M, const Vector& q, const Matrix& rows, const Vector& y, const Matrix& fixed = {});
 
 }  // namespace dlcs
 

@@ -26,6 +26,7 @@ namespace {
 
 using dlcs::testing::ProjectPath;
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -632,6 +633,20 @@ TEST(NetlistTest, ASwitchThatItsOwnVoltageIgnitesOscillates) {
       ".meas tran up TRIG V(a)=3 RISE=2 TARG V(a)=5 RISE=2\n",
       "--tolerance 1e-9");
   EXPECT_NEAR(MeasuredIn(result, "up"), 1e-3 * std::log(7.0 / 5), 1e-9);
+}
+
+// Open, the lamp would be at 1000 V and ignite; closed, at 0.1 mV and go out. With a source of 3 V it rests at 3 V.
+TEST(NetlistTest, SaysThatACircuitWhichRestsInNeitherStateStartsBetween) {
+  const auto notes = [](const std::string& drive) {
+    const auto netlist = ReadNetlist("title\nS1 a 0 a 0 SL\nC1 a 0 1n\n" + drive +
+                                         "\n.model SL SW(VT=2.5 VH=2.475 RON=1 ROFF=10MEG)\n.tran 1u 200u\n.end\n",
+                                     "a.cir", "", {});
+    EXPECT_TRUE(netlist.ok()) << netlist.status();
+    return netlist.ok() ? netlist->notes : std::vector<std::string>();
+  };
+  const std::string text = "S1 (a.cir:2) starts between open and closed";
+  EXPECT_THAT(notes("I1 0 a 100u"), Contains(HasSubstr(text)));
+  EXPECT_THAT(notes("V1 in 0 3\nR1 in a 1"), Not(Contains(HasSubstr(text))));
 }
 
 // Hysteretic current control of a full bridge: a comparator with feedback drives four switches, 22 pairs. The current

@@ -182,10 +182,45 @@ TEST(CircuitProblemTest, RefusesWhatHasNoAnswer) {
               AllOf(HasSubstr("operating point"), HasSubstr("node b"), HasSubstr("C1 and C2")));
   EXPECT_THAT(MessageOf(CircuitOf({"0", "a"}, {drive, Inductor("L1", 1, 0, 1)}, 1)),
               AllOf(HasSubstr("V1 and L1"), HasSubstr("UIC")));
-  EXPECT_THAT(MessageOf(CircuitOf({"0", "a", "b"}, {drive, Diode("D1", 1, 2, {}), Capacitor("C1", 2, 0, 1)}, 1)),
-              AllOf(HasSubstr("does not determine"), HasSubstr("C1")));
+  // Any current may flow around L1 and the diode.
+  EXPECT_THAT(MessageOf(CircuitOf({"0", "a", "b"},
+                                  {drive, Resistor("R1", 1, 2, 1), Inductor("L1", 2, 0, 1), Diode("D1", 0, 2, {})}, 1)),
+              AllOf(HasSubstr("does not determine"), HasSubstr("L1")));
   EXPECT_THAT(MessageOf(CircuitOf({"0", "a"}, {drive, load, Diode("D1", 1, 0, {})}, 1)),
               AllOf(HasSubstr("no operating point"), HasSubstr("D1")));
+}
+
+// b may be anywhere between c and 6 V, c between 0 and b. Equal conductances across D1, D2 and D3 divide the 6 V in
+// three; with C2 connected by a resistor to 1.5 V, they divide the rest in two.
+TEST(CircuitProblemTest, BlockingDiodesDivideVoltagesAsEqualConductances) {
+  const std::vector<Element> chain = {Source("V1", 1, 0, ConstantWave{6}),
+                                      Diode("D1", 2, 1, {.forward = 0.7, .on_resistance = 0.1}),
+                                      Diode("D2", 3, 2, {.forward = 0.7, .on_resistance = 0.1}),
+                                      Diode("D3", 0, 3, {.forward = 0.7, .on_resistance = 0.1}),
+                                      Capacitor("C1", 2, 0, 1e-6),
+                                      Capacitor("C2", 3, 0, 1e-6)};
+  const auto thirds = MakeCircuitProblem(CircuitOf({"0", "a", "b", "c"}, chain, 1));
+  ASSERT_TRUE(thirds.ok()) << thirds.status();
+  ASSERT_THAT(thirds->state_names, ElementsAre("v_C1", "v_C2"));
+  EXPECT_NEAR(thirds->problem.x0[0], 4, 1e-9);
+  EXPECT_NEAR(thirds->problem.x0[1], 2, 1e-9);
+  EXPECT_THAT(thirds->notes, ::testing::Contains(AllOf(HasSubstr("voltage of C1"), HasSubstr("tiny conductance"))));
+
+  std::vector<Element> held = chain;
+  held.push_back(Source("V2", 4, 0, ConstantWave{1.5}));
+  held.push_back(Resistor("R1", 4, 3, 1e3));
+  const auto halves = MakeCircuitProblem(CircuitOf({"0", "a", "b", "c", "d"}, held, 1));
+  ASSERT_TRUE(halves.ok()) << halves.status();
+  EXPECT_NEAR(halves->problem.x0[0], 3.75, 1e-9);
+  EXPECT_NEAR(halves->problem.x0[1], 1.5, 1e-9);
+
+  // The least sum of squares would have 5 V across the first diode, which conducts above 0.7 V: so b is at 9.3 V.
+  const std::vector<Element> pushed = {
+      Source("V1", 1, 0, ConstantWave{10}), Diode("D1", 1, 2, {.forward = 0.7, .on_resistance = 0.1}),
+      Diode("D2", 0, 2, {.forward = 0.7, .on_resistance = 0.1}), Capacitor("C1", 2, 0, 1e-6)};
+  const auto edge = MakeCircuitProblem(CircuitOf({"0", "a", "b"}, pushed, 1));
+  ASSERT_TRUE(edge.ok()) << edge.status();
+  EXPECT_NEAR(edge->problem.x0[0], 9.3, 1e-9);
 }
 
 TEST(CircuitProblemTest, SaysWhichPotentialsBlockingDiodesLeaveOpen) {
