@@ -20,7 +20,7 @@
 namespace dlcs::client {
 namespace {
 
-// Earlier measurements by their names in small letters.
+// Earlier measurements by their names in small letters; empty for a name that several lines have.
 using EarlierNames = std::map<std::string, std::string>;
 
 // A SPICE expression of earlier measurements and parameters as a formula of the engine.
@@ -91,6 +91,7 @@ class FormulaMaker {
       }
       formula_ += function->second;
     } else if (const auto found = earlier_.find(lower); found != earlier_.end()) {
+      if (found->second.empty()) return Fail(fmt::format("several measurements are called {}", name));
       formula_ += found->second;
     } else if (const auto value = scope_.Evaluate(name); value.ok()) {
       formula_ += fmt::format("({:.17g})", *value);
@@ -120,10 +121,12 @@ class MeasurementReader {
         earlier_(earlier),
         notes_(notes) {}
 
+  // In small letters; empty for another analysis, or if it is missing.
+  std::string Name() const { return IsOfOtherAnalysis() ? "" : Word(Word(1) == "tran" ? 2 : 1); }
+
   // Nothing for another analysis.
   absl::StatusOr<std::optional<DeckMeasurement>> Read() {
-    static const std::set<std::string> kOtherAnalyses = {"ac", "dc", "op", "noise", "sp", "tf", "disto"};
-    if (kOtherAnalyses.contains(Word(1))) {
+    if (IsOfOtherAnalysis()) {
       notes_.Add(
           fmt::format("{}: {} {} is ignored: only .tran is solved", line_.Place(), items_[0].text, items_[1].text));
       return std::nullopt;
@@ -140,6 +143,11 @@ class MeasurementReader {
  private:
   // In small letters; empty behind the end.
   std::string Word(std::size_t k) const { return k < items_.size() ? Lower(items_[k].text) : ""; }
+
+  bool IsOfOtherAnalysis() const {
+    static const std::set<std::string> kOtherAnalyses = {"ac", "dc", "op", "noise", "sp", "tf", "disto"};
+    return kOtherAnalyses.contains(Word(1));
+  }
 
   absl::Status Fail(const std::string& why, std::size_t item = 0) const {
     const std::string place = item < items_.size() ? line_.Place(items_[item].offset) : line_.Place();
@@ -384,14 +392,29 @@ absl::StatusOr<std::vector<DeckMeasurement>> ReadMeasurements(const std::vector<
                                                               ParameterScope& scope, const DeckCircuit& circuit,
                                                               DeckNotes& notes) {
   std::vector<DeckMeasurement> measurements;
-  EarlierNames names;
+  EarlierNames earlier;
+  std::map<std::string, int> uses;  // of names in small letters, by all lines
+  std::set<std::string> taken;      // the same names, and those that are made
   for (const DeckLine* line : lines) {
-    auto read = MeasurementReader(*line, horizon, scope, circuit, names, notes).Read();
+    const std::string name = MeasurementReader(*line, horizon, scope, circuit, earlier, notes).Name();
+    ++uses[name];
+    taken.insert(name);
+  }
+  std::map<std::string, int> numbers;
+  for (const DeckLine* line : lines) {
+    auto read = MeasurementReader(*line, horizon, scope, circuit, earlier, notes).Read();
     if (!read.ok()) return read.status();
     if (!*read) continue;
-    const std::string& name = (*read)->measurement.name;
-    if (!names.emplace(Lower(name), name).second)
-      return DeckError(line->Place(), fmt::format("a second .meas {}", name));
+    std::string& name = (*read)->measurement.name;
+    const std::string lower = Lower(name);
+    earlier[lower] = uses[lower] > 1 ? "" : name;
+    // Other programs print all of them, too.
+    if (int& number = numbers[lower]; ++number > 1) {
+      std::string other = fmt::format("{}_{}", name, number);
+      while (!taken.insert(Lower(other)).second) other = fmt::format("{}_{}", name, ++number);
+      notes.Add(fmt::format("{}: another measurement called {}: it becomes {}", line->Place(), name, other));
+      name = other;
+    }
     measurements.push_back(**std::move(read));
   }
   return measurements;

@@ -36,6 +36,20 @@ nlohmann::json Measured(const std::string& lines, const std::string& options = "
   return by_name;
 }
 
+// As ngspice prints all of them.
+TEST(MeasurementsTest, OfOneNameAreNumbered) {
+  const auto m = Measured(std::string(kCharger) +
+                          ".meas tran at FIND V(in) AT=1m\n.meas ac at FIND V(in) AT=1\n.meas tran At_2 MIN V(in,out)\n"
+                          ".meas tran AT FIND I(V1) AT=1m\n.meas tran at FIND V(out) AT=1m\n"
+                          ".meas tran twice PARAM='2*at_2'\n");
+  EXPECT_EQ(m.size(), 5);
+  EXPECT_NEAR(m["twice"]["value"].get<double>(), 20 * std::exp(-4.0), 1e-8);
+  EXPECT_NEAR(m["at"]["value"].get<double>(), 10, 1e-8);
+  EXPECT_NEAR(m["At_2"]["value"].get<double>(), 10 * std::exp(-4.0), 1e-8);
+  EXPECT_NEAR(m["AT_3"]["value"].get<double>(), -0.01 * std::exp(-1.0), 1e-10);
+  EXPECT_NEAR(m["at_4"]["value"].get<double>(), 10 * (1 - std::exp(-1.0)), 1e-8);
+}
+
 std::string MeasurementFault(const std::string& lines) {
   const auto netlist = ReadNetlist("title\n" + std::string(kCharger) + lines + ".end\n", "a.cir", "", {});
   return netlist.ok() ? "" : std::string(netlist.status().message());
@@ -159,7 +173,8 @@ TEST(MeasurementsTest, RefusesOtherFormsWithPlaceNameAndReason) {
   EXPECT_THAT(MeasurementFault(".meas tran x WHEN V(out)=1 RISE=0\n"), HasSubstr("RISE=0; must be 1, 2, ... or LAST"));
   EXPECT_THAT(MeasurementFault(".meas tran x TRIG V(out) VAL=1 RISE=1\n"), HasSubstr("TRIG needs TARG"));
   EXPECT_THAT(MeasurementFault(".meas tran x TRIG V(out) RISE=1 TARG AT=1m\n"), HasSubstr("need VAL=level"));
-  EXPECT_THAT(MeasurementFault(".meas tran x AVG V(out)\n.meas tran X MAX V(out)\n"), HasSubstr("a second .meas X"));
+  EXPECT_THAT(MeasurementFault(".meas tran x AVG V(out)\n.meas tran y PARAM='2*x'\n.meas tran X MAX V(out)\n"),
+              AllOf(HasSubstr(".meas y"), HasSubstr("several measurements are called x")));
   EXPECT_THAT(MeasurementFault(".meas tran\n"), HasSubstr("needs a name"));
   EXPECT_THAT(MeasurementFault(".meas tran x\n"), HasSubstr("\"\" is not supported"));
 }
