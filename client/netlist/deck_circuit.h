@@ -86,6 +86,7 @@ class DeckCircuit {
   absl::Status AddPassive(const DeckFields& fields, const Instance& instance, Element element, char kind);
   void AddRatings(const DeckFields& fields, char kind, std::set<std::string>& known);
   // Those of each of `parallel` elements that are one.
+  absl::StatusOr<DeckFields> WithoutModel(const DeckFields& fields, std::size_t k, const Instance& instance);
   absl::Status AddParasitics(const DeckFields& fields, const Instance& instance, double parallel, Element& element);
   absl::Status AddCoupling(const DeckFields& fields, const Instance& instance);
   absl::Status AddSource(const DeckFields& fields, const Instance& instance, Element element, char kind);
@@ -95,6 +96,7 @@ class DeckCircuit {
   };
   absl::StatusOr<FoundModel> ModelOf(const DeckFields& fields, std::size_t k, const Instance& instance,
                                      const std::set<std::string>& types);
+  bool HasModel(const Instance& instance, const DeckWord& word) const;
   absl::Status AddDiode(const DeckFields& fields, const Instance& instance, Element element);
   absl::Status AddSwitch(const DeckFields& fields, const Instance& instance, Element element, char kind);
   absl::Status AddTransistor(const DeckFields& fields, const Instance& instance, Element element);

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cctype>
+#include <cstddef>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -16,6 +18,11 @@
 namespace dlcs::client {
 
 absl::Status DeckCircuit::AddPassive(const DeckFields& fields, const Instance& instance, Element element, char kind) {
+  for (std::size_t k = 3; kind == 'r' && k < std::min<std::size_t>(fields.words.size(), 5); ++k) {
+    if (!HasModel(instance, fields.words[k])) continue;
+    const auto plain = WithoutModel(fields, k, instance);
+    return plain.ok() ? AddPassive(*plain, instance, std::move(element), kind) : plain.status();
+  }
   const std::string key(1, kind);
   const bool by_name = fields.named.contains(key);
   const std::string form =
@@ -49,6 +56,29 @@ absl::Status DeckCircuit::AddPassive(const DeckFields& fields, const Instance& i
   if (absl::Status status = RefuseRest(fields, by_name ? 3 : 4, known); !status.ok()) return status;
   if (absl::Status status = AddParasitics(fields, instance, *parallel, element); !status.ok()) return status;
   return Store(std::move(element), fields);
+}
+
+// A resistor whose model is word `k`, as one with a value.
+absl::StatusOr<DeckFields> DeckCircuit::WithoutModel(const DeckFields& fields, std::size_t k,
+                                                     const Instance& instance) {
+  const auto model = ModelOf(fields, k, instance, {"r", "res"});
+  if (!model.ok()) return model.status();
+  const auto length = NamedValue(fields, instance, "l", 0), width = NamedValue(fields, instance, "w", 0);
+  if (!length.ok()) return length.status();
+  if (!width.ok()) return width.status();
+  const bool has_value = fields.named.contains("r") || fields.words.size() > 4;
+  const auto resistance = ResistanceOf(*model->model, fields.words[k].text, {has_value, *length, *width},
+                                       parts_.sets_temperature, *model->scope, notes_);
+  if (!resistance.ok()) return resistance.status();
+  DeckFields plain = fields;
+  plain.named.erase("l");
+  plain.named.erase("w");
+  if (has_value) {
+    plain.words.erase(plain.words.begin() + static_cast<std::ptrdiff_t>(k));
+  } else {
+    plain.words[k] = {fmt::format("{:.17g}", *resistance), fields.words[k].offset, true};
+  }
+  return plain;
 }
 
 // What parts of LTspice say about themselves has no effect, nor what is of other analyses.
@@ -175,6 +205,13 @@ absl::Status DeckCircuit::AddSource(const DeckFields& fields, const Instance& in
 }
 
 absl::StatusOr<DeckCircuit::FoundModel> DeckCircuit::ModelOf(const DeckFields& fields, std::size_t k,
+bool DeckCircuit::HasModel(const Instance& instance, const DeckWord& word) const {
+  for (const Instance* place = &instance; place != nullptr && !word.is_expression; place = place->around) {
+    if (place->body->models.contains(Lower(word.text))) return true;
+  }
+  return false;
+}
+
                                                              const Instance& instance,
                                                              const std::set<std::string>& types) {
   for (const Instance* place = &instance; place != nullptr; place = place->around) {

@@ -238,4 +238,32 @@ absl::StatusOr<TransistorModel> TransistorOf(const DeckModel& model, const std::
   return made;
 }
 
+absl::StatusOr<double> ResistanceOf(const DeckModel& model, const std::string& name, const ResistorLine& line,
+                                    bool sets_temperature, ParameterScope& scope, DeckNotes& notes) {
+  static const std::set<std::string> kKnown = {"r", "rsh", "l", "w", "defw", "narrow", "short"};
+  std::set<std::string> ignored = {"kf", "af", "lf", "wf", "ef", "bv_max"};
+  if (!sets_temperature) ignored.insert({"tc1", "tc2", "tce"});
+  const auto values = ValuesOf(model, name, scope, notes, kKnown, ignored);
+  if (!values.ok()) return values.status();
+  const auto at = [&values](const std::string& key, double otherwise) { return values->At(key, otherwise); };
+  const auto fail = [&](const char* why) {
+    return DeckError(model.line->Place(model.offset), fmt::format(".model {}: {}", name, why));
+  };
+  if (line.has_value) {
+    if (at("r", 1) == 1) return 0;
+    return fail("the line of the resistor has a value too, which counts alone in ngspice and times R in PSpice");
+  }
+  if (at("narrow", 0) != 0 || at("short", 0) != 0) {
+    return fail(
+        "NARROW and SHORT are subtracted once by some versions of ngspice and twice by others; give the "
+        "resistance");
+  }
+  const double sheet = at("rsh", 0);
+  if (sheet == 0 && values->Has("r")) return at("r", 0);
+  const double length = line.length > 0 ? line.length : at("l", 0);
+  const double width = line.width > 0 ? line.width : at("w", at("defw", 0));
+  if (!(sheet > 0) || !(length > 0) || !(width > 0)) return fail("needs R, or RSH with L and W, which must be above 0");
+  return sheet * length / width;
+}
+
 }  // namespace dlcs::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Diodes and switches from .model lines.
+// Diodes, switches, transistors and resistors from .model lines.
 
 #ifndef DLCS_CLIENT_NETLIST_DECK_MODELS_H_
 #define DLCS_CLIENT_NETLIST_DECK_MODELS_H_
@@ -48,6 +48,18 @@ struct TransistorSize {
 absl::StatusOr<TransistorModel> TransistorOf(const DeckModel& model, const std::string& name,
                                              const TransistorSize& size, const DeckOptions& options,
                                              ParameterScope& scope, DeckNotes& notes);
+
+// What the line of a resistor says beside its model.
+struct ResistorLine {
+  bool has_value = false;        // ohms
+  double length = 0, width = 0;  // m; 0 if missing
+};
+
+// The resistance of a model of type R or RES: R, or RSH L/W; 0 if the line has the value itself. Errors: as above, also
+// if programs understand the model in different ways, or if it has a temperature coefficient and the deck another
+// temperature.
+absl::StatusOr<double> ResistanceOf(const DeckModel& model, const std::string& name, const ResistorLine& line,
+                                    bool sets_temperature, ParameterScope& scope, DeckNotes& notes);
 
 }  // namespace dlcs::client
 
