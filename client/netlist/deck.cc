@@ -83,9 +83,12 @@ class DeckReader {
         continue;
       }
       if (lower == "startup") {
-        return DeckError(parts_.tran->Place(word.offset),
-                         "startup of .tran is not supported: it ramps all sources within 20 us. Give the sources that "
-                         "matter PWL(0 0 20u VALUE), or leave it out to start at the operating point");
+        circuit_.TurnSourcesOn();
+        notes_.Add(
+            fmt::format("{}: startup: the sources outside of subcircuits rise from 0 within 20 us, as in LTspice, "
+                        "where the operating point has them at 0",
+                        parts_.tran->Place()));
+        continue;
       }
       if (lower == "steady" || lower == "nodiscard" || lower == "step") {
         return DeckError(parts_.tran->Place(word.offset), fmt::format("{} of .tran is not supported", word.text));

@@ -35,6 +35,8 @@ class DeckCircuit {
   absl::Status AddAll(ParameterScope& global, double step, double stop);
 
   Circuit& circuit() { return circuit_; }
+  // Sources outside of subcircuits rise from 0 (TurnedOn()). To be called before AddAll().
+  void TurnSourcesOn() { turns_sources_on_ = true; }
   // By name in small letters, with the names of instances; -1 if there is none.
   Index NodeNamed(const std::string& lower) const;
   Index ElementNamed(const std::string& lower) const;
@@ -84,9 +86,9 @@ class DeckCircuit {
 
   // deck_elements.cc
   absl::Status AddPassive(const DeckFields& fields, const Instance& instance, Element element, char kind);
+  absl::StatusOr<DeckFields> WithoutModel(const DeckFields& fields, std::size_t k, const Instance& instance);
   void AddRatings(const DeckFields& fields, char kind, std::set<std::string>& known);
   // Those of each of `parallel` elements that are one.
-  absl::StatusOr<DeckFields> WithoutModel(const DeckFields& fields, std::size_t k, const Instance& instance);
   absl::Status AddParasitics(const DeckFields& fields, const Instance& instance, double parallel, Element& element);
   absl::Status AddCoupling(const DeckFields& fields, const Instance& instance);
   absl::Status AddSource(const DeckFields& fields, const Instance& instance, Element element, char kind);
@@ -94,9 +96,9 @@ class DeckCircuit {
     const DeckModel* model;
     ParameterScope* scope;  // where it is defined
   };
+  bool HasModel(const Instance& instance, const DeckWord& word) const;
   absl::StatusOr<FoundModel> ModelOf(const DeckFields& fields, std::size_t k, const Instance& instance,
                                      const std::set<std::string>& types);
-  bool HasModel(const Instance& instance, const DeckWord& word) const;
   absl::Status AddDiode(const DeckFields& fields, const Instance& instance, Element element);
   absl::Status AddSwitch(const DeckFields& fields, const Instance& instance, Element element, char kind);
   absl::Status AddTransistor(const DeckFields& fields, const Instance& instance, Element element);
@@ -122,6 +124,7 @@ class DeckCircuit {
   DeckNotes& notes_;
   Circuit circuit_;
   double step_ = 0;
+  bool turns_sources_on_ = false;
   std::map<std::string, Index> node_names_, element_names_;  // in small letters, with the names of instances
   std::vector<PendingControl> pending_controls_;
   std::vector<PendingCoupling> pending_couplings_;

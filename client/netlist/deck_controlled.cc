@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string_view>
 #include <utility>
 
@@ -42,6 +43,16 @@ absl::Status DeckCircuit::AddControlled(const DeckFields& fields, const Instance
   element.kind = kind == 'e' || kind == 'h' ? ElementKind::kControlledVoltage : ElementKind::kControlledCurrent;
   const char* form = by_voltage ? "ENAME NODE NODE CONTROL+ CONTROL- GAIN" : "FNAME NODE NODE VNAME GAIN";
   if (absl::Status status = NeedWords(fields, 3, form); !status.ok()) return status;
+  // HSPICE names the kind once more, in E1 b 0 VCVS a 0 2; a node may have that name too.
+  static const std::map<char, std::string> kKinds = {{'e', "vcvs"}, {'f', "cccs"}, {'g', "vccs"}, {'h', "ccvs"}};
+  if (fields.words.size() > 3 && Lower(fields.words[3].text) == kKinds.at(kind)) {
+    const bool is_node = by_voltage && fields.named.empty() && fields.words.size() == 6;
+    if (!is_node) {
+      DeckFields rest = fields;
+      rest.words.erase(rest.words.begin() + 3);
+      return AddControlled(rest, instance, std::move(element), kind);
+    }
+  }
   const std::string next = fields.words.size() > 3 ? Lower(fields.words[3].text) : "";
   const bool has_expression = fields.named.contains("value") || fields.named.contains("cur") ||
                               fields.named.contains("vol") || next == "value" || next == "cur" || next == "vol";

@@ -201,10 +201,10 @@ absl::Status DeckCircuit::AddSource(const DeckFields& fields, const Instance& in
   if (const std::string fault = FaultOf(element.source); !fault.empty()) {
     return DeckError(fields.line->Place(), fmt::format("{}: {}", element.name, fault));
   }
+  if (turns_sources_on_ && instance.depth == 0) element.source = TurnedOn(element.source, circuit_.horizon);
   return Store(std::move(element), fields);
 }
 
-absl::StatusOr<DeckCircuit::FoundModel> DeckCircuit::ModelOf(const DeckFields& fields, std::size_t k,
 bool DeckCircuit::HasModel(const Instance& instance, const DeckWord& word) const {
   for (const Instance* place = &instance; place != nullptr && !word.is_expression; place = place->around) {
     if (place->body->models.contains(Lower(word.text))) return true;
@@ -212,6 +212,7 @@ bool DeckCircuit::HasModel(const Instance& instance, const DeckWord& word) const
   return false;
 }
 
+absl::StatusOr<DeckCircuit::FoundModel> DeckCircuit::ModelOf(const DeckFields& fields, std::size_t k,
                                                              const Instance& instance,
                                                              const std::set<std::string>& types) {
   for (const Instance* place = &instance; place != nullptr; place = place->around) {

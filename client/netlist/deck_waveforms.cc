@@ -97,15 +97,21 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
   }
   if (name == "sin" || name == "sine") {
     if (values.size() < 2) return too_few(2);
-    if (values.size() > 6) return too_many(6);
+    if (values.size() > 7) return too_many(7);
     const auto hertz = frequency(2, "FREQ of SIN");
     if (!hertz.ok()) return hertz.status();
-    return SineWave{.offset = values[0],
-                    .amplitude = values[1],
-                    .frequency = *hertz,
-                    .delay = at(3, 0),
-                    .damping = at(4, 0),
-                    .phase = at(5, 0)};
+    SineWave wave{.offset = values[0],
+                  .amplitude = values[1],
+                  .frequency = *hertz,
+                  .delay = at(3, 0),
+                  .damping = at(4, 0),
+                  .phase = at(5, 0)};
+    if (at(6, 0) != 0) {
+      wave.cycles = values[6];
+      notes.Add(fmt::format("{}: SIN of {} ends after {:g} cycles, as in LTspice (ngspice goes on)",
+                            fields.Place(begin), fields.words[0].text, wave.cycles));
+    }
+    return wave;
   }
   if (name == "exp") {
     if (values.size() < 2) return too_few(2);
@@ -137,9 +143,36 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
     return FrequencyModulatedWave{
         .offset = values[0], .amplitude = values[1], .carrier = *carrier, .index = at(3, 0), .signal = *signal};
   }
+  if (name == "am") {
+    if (values.size() < 4) return too_few(4);
+    if (values.size() > 8) return too_many(8);
+    // The order of the numbers has changed. The carrier is faster than its signal, and no delay in seconds is longer
+    // than a carrier in Hz is fast: so only the newer order has a fifth number above the fourth.
+    const bool is_newer = at(4, 0) > 0 && at(4, 0) >= values[3];
+    for (std::size_t k = is_newer ? 6 : 5; k < values.size(); ++k) {
+      if (values[k] == 0) continue;
+      return DeckError(fields.Place(begin), fmt::format("phases of AM of {} are not supported", fields.words[0].text));
+    }
+    notes.Add(fmt::format("{}: AM of {} has the order {}", fields.Place(begin), fields.words[0].text,
+                          is_newer ? "VO VMO VMA FM FC TD of newer versions of ngspice, not VA VO MF FC TD"
+                                   : "VA VO MF FC TD of ngspice 39, not VO VMO VMA FM FC TD of newer versions"));
+    if (is_newer) {
+      return AmplitudeModulatedWave{.offset = values[0],
+                                    .mean = values[1],
+                                    .depth = values[2],
+                                    .signal = values[3],
+                                    .carrier = values[4],
+                                    .delay = at(5, 0)};
+    }
+    return AmplitudeModulatedWave{.mean = values[0] * values[1],
+                                  .depth = values[0],
+                                  .signal = values[2],
+                                  .carrier = values[3],
+                                  .delay = at(4, 0)};
+  }
   return DeckError(fields.Place(begin),
                    fmt::format("{}: the function {} is not supported; known are PULSE, SIN, PWL, "
-                               "EXP and SFFM{}",
+                               "EXP, SFFM and AM{}",
                                fields.words[0].text, fields.words[begin].text, HintOnBlank(fields, begin)));
 }
 
@@ -196,8 +229,30 @@ absl::StatusOr<Waveform> MakePiecewiseLinear(const DeckFields& fields, std::size
 
 }  // namespace
 
+Waveform TurnedOn(const Waveform& wave, double horizon) {
+  constexpr double kRamp = 20e-6;  // s
+  if (const auto* constant = std::get_if<ConstantWave>(&wave)) {
+    return PiecewiseLinearWave{.times = {0, kRamp}, .values = {0, constant->value}};
+  }
+  std::vector<double> cuts = Cuts(wave, horizon);
+  cuts.push_back(horizon);
+  std::string pieces;
+  double begin = 0;
+  for (const double end : cuts) {
+    const std::string formula = "(" + FormulaNear(wave, begin + (end - begin) / 2) + ")";
+    if (cuts.size() == 1) {
+      pieces = formula;
+    } else {
+      const std::string until = end < horizon ? fmt::format("*(t < {:.17g})", end) : "";
+      pieces += fmt::format("{}(t >= {:.17g}){}*{}", pieces.empty() ? "" : " + ", begin, until, formula);
+    }
+    begin = end;
+  }
+  return FormulaWave{fmt::format("min(1, t/{:g})*({})", kRamp, pieces), Peak(wave)};
+}
+
 bool IsWaveform(const std::string& lower) {
-  static const std::set<std::string> kNames = {"pulse", "sin", "sine", "pwl", "exp", "sffm"};
+  static const std::set<std::string> kNames = {"pulse", "sin", "sine", "pwl", "exp", "sffm", "am"};
   return kNames.contains(lower);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions of independent sources: PULSE, SIN, PWL, EXP, SFFM.
+// The functions of independent sources: PULSE, SIN, PWL, EXP, SFFM, AM.
 
 #ifndef DLCS_CLIENT_NETLIST_DECK_WAVEFORMS_H_
 #define DLCS_CLIENT_NETLIST_DECK_WAVEFORMS_H_
@@ -28,6 +28,9 @@ bool IsWaveform(const std::string& lower);
 // InvalidArgument with the place.
 absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, const WaveformDefaults& defaults,
                                       ParameterScope& scope, DeckNotes& notes);
+
+// The source that LTspice turns on within the first 20 us ("startup"): `wave` times min(1, t/20 us).
+Waveform TurnedOn(const Waveform& wave, double horizon);
 
 }  // namespace dlcs::client
 

@@ -132,6 +132,87 @@ TEST(DeckTest, SaysWhatItTakesForNumbersThatSourcesDoNotGive) {
   EXPECT_THAT(Fault("V1 a 0 EXP(0 1 2u 1u 1u 1u)\n" + rest), HasSubstr("TD2 = 1e-06 is before TD1 = 2e-06"));
 }
 
+// At `t`, from all pieces.
+double ValueAt(const Waveform& wave, double t) {
+  auto formula = Formula::Parse(FormulaNear(wave, t));
+  EXPECT_TRUE(formula.ok()) << formula.status();
+  return formula.ok() ? formula->Evaluate(t) : 0;
+}
+
+TEST(DeckTest, ReadsWhatOneProgramAloneHas) {
+  const Deck deck = Good(
+      "I1 0 a SINE(0 2 1k 0.1m 0 180 2)\nV1 b 0 AM(1 2 100 20k 1u 0 0)\nV2 c 0 AM(1 2 3 100 20k 1u)\n"
+      "E1 d 0 VCVS value={V(b)*2}\nE2 e 0 VCVS b 0 3\nG1 0 e VCCS POLY(1) b 0 0 4\nF1 0 e CCCS V1 5\n"
+      "E3 vcvs 0 b 0 2\nE4 f 0 vcvs 0 2\nR1 a 0 1\nR2 e 0 1\n" +
+      std::string(kRest));
+  EXPECT_EQ(std::get<SineWave>(Named(deck, "I1").source).cycles, 2);
+  const auto older = std::get<AmplitudeModulatedWave>(Named(deck, "V1").source);
+  EXPECT_EQ(older.offset, 0);
+  EXPECT_EQ(older.mean, 2);
+  EXPECT_EQ(older.depth, 1);
+  EXPECT_EQ(older.signal, 100);
+  EXPECT_EQ(older.carrier, 20e3);
+  EXPECT_EQ(older.delay, 1e-6);
+  const auto newer = std::get<AmplitudeModulatedWave>(Named(deck, "V2").source);
+  EXPECT_EQ(newer.offset, 1);
+  EXPECT_EQ(newer.mean, 2);
+  EXPECT_EQ(newer.depth, 3);
+  EXPECT_EQ(newer.signal, 100);
+  EXPECT_EQ(newer.carrier, 20e3);
+  EXPECT_EQ(newer.delay, 1e-6);
+  EXPECT_EQ(Named(deck, "E1").controls[0].factor, 2);
+  EXPECT_EQ(Named(deck, "E2").controls[0].factor, 3);
+  EXPECT_EQ(Named(deck, "G1").controls[0].factor, 4);
+  EXPECT_EQ(Named(deck, "F1").controls[0].factor, 5);
+  EXPECT_EQ(deck.circuit.nodes[AsSize(Named(deck, "E4").controls[0].plus)], "vcvs");  // a node may be called so
+  EXPECT_THAT(deck.notes, AllOf(Contains(HasSubstr("SIN of I1 ends after 2 cycles")),
+                                Contains(HasSubstr("AM of V1 has the order VA VO MF FC TD of ngspice 39")),
+                                Contains(HasSubstr("AM of V2 has the order VO VMO VMA FM FC TD"))));
+  EXPECT_THAT(Fault("V1 a 0 AM(1 1 100 20k 0 0 30)\nR1 a 0 1\n" + std::string(kRest)), HasSubstr("phases of AM"));
+}
+
+TEST(DeckTest, StartupTurnsOnTheSourcesOutsideOfSubcircuits) {
+  const Deck deck = Good(
+      "V1 a 0 5\nV2 b 0 PULSE(1 3 4u 1u 1u 8u 20u)\nV3 c 0 PWL(0 1 10u 3 30u 7)\nX1 d NET\n.subckt NET p\n"
+      "V1 p 0 5\n.ends\nR1 a 0 1\nR2 b 0 1\nR3 c 0 1\nR4 d 0 1\n.tran 0 50u startup\n");
+  const Waveform &one = Named(deck, "V1").source, &two = Named(deck, "V2").source, &three = Named(deck, "V3").source;
+  for (const Waveform* wave : {&one, &two, &three}) {
+    EXPECT_EQ(StartValue(*wave), 0);
+    EXPECT_EQ(FaultOf(*wave), "");
+  }
+  EXPECT_NEAR(ValueAt(one, 5e-6), 1.25, 1e-12);
+  EXPECT_NEAR(ValueAt(one, 40e-6), 5, 1e-12);
+  EXPECT_NEAR(ValueAt(two, 2e-6), 0.1, 1e-12);
+  EXPECT_NEAR(ValueAt(two, 10e-6), 1.5, 1e-12);
+  EXPECT_NEAR(ValueAt(two, 30e-6), 3, 1e-12);
+  EXPECT_NEAR(ValueAt(three, 5e-6), 0.5, 1e-12);
+  EXPECT_NEAR(ValueAt(three, 15e-6), 3, 1e-12);
+  EXPECT_NEAR(ValueAt(three, 25e-6), 6, 1e-12);
+  EXPECT_NEAR(ValueAt(three, 45e-6), 7, 1e-12);
+  EXPECT_EQ(std::get<ConstantWave>(Named(deck, "X1.V1").source).value, 5);
+  EXPECT_THAT(deck.notes, Contains(HasSubstr("startup: the sources outside of subcircuits rise from 0 within 20 us")));
+}
+
+TEST(DeckTest, ReadsResistorsWithAModel) {
+  const std::string models =
+      ".model RA R(RSH=10 DEFW=2u TC1=1m)\n.model RB RES(R=33)\n.model RC R(RSH=10)\n.model RD R(RSH=1 NARROW=1u)\n";
+  const Deck deck =
+      Good("R1 a 0 RA L=10u\nR2 a 0 RA L=11u W=5u m=2\nR3 a 0 RB\nR4 a 0 RC 2k\nR5 a 0 3k RC\nR6 a 0 RC R=7\n" +
+           models + std::string(kRest));
+  const std::vector<double> ohms = {50, 11, 33, 2e3, 3e3, 7};
+  for (std::size_t k = 0; k < ohms.size(); ++k) {
+    EXPECT_DOUBLE_EQ(Named(deck, "R" + std::to_string(k + 1)).value, ohms[k]);
+  }
+  EXPECT_THAT(deck.notes, Contains(HasSubstr(".model RA: tc1 is ignored")));
+  const std::string rest = models + kRest;
+  EXPECT_THAT(Fault("R1 a 0 RA L=1u\n.temp 50\n" + rest), HasSubstr("tc1 is not supported"));
+  EXPECT_THAT(Fault("R1 a 0 RB 2k\n" + rest), HasSubstr("times R in PSpice"));
+  EXPECT_THAT(Fault("R1 a 0 RC L=1u\n" + rest), HasSubstr("RSH with L and W"));
+  EXPECT_THAT(Fault("R1 a 0 RD L=1u W=5u\n" + rest), HasSubstr("NARROW and SHORT"));
+  EXPECT_THAT(Fault("R1 a 0 2k L=1u\n" + rest), HasSubstr("l=1u is not supported"));
+  EXPECT_THAT(Fault("R1 a 0 DX\n.model DX D(RON=1)\n" + rest), HasSubstr("of type d; must be r or res"));
+}
+
 TEST(DeckTest, ReadsSourcesThatRepeat) {
   const Deck deck = Good(
       "V1 a 0 PULSE(0 5 0 10n 10n 4u 10u 3)\n"
@@ -504,7 +585,6 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault(".step param r 1 2 1\n.step param R 1 2 1\nR1 a 0 1\n" + rest), HasSubstr("stepped twice"));
   EXPECT_THAT(Fault("R1 a 0 1\nC2 a 0 1u rser=1 cpar=1n\n" + rest), HasSubstr("write it as an element"));
   EXPECT_THAT(Fault("R1 a 0 1\nL2 a 0 1u lser=1n\n" + rest), HasSubstr("write it as an element"));
-  EXPECT_THAT(Fault("R1 a 0 1\n.tran 1m startup\n"), HasSubstr("startup of .tran is not supported"));
   EXPECT_THAT(Fault("R1 a 0 1\nC1 a 0 1u\n"), HasSubstr("a.cir: the deck has no .tran"));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1u 0\n"), HasSubstr("TSTOP"));
   EXPECT_THAT(Fault(".tran 1u 1m\n.tran 1u 2m\nR1 a 0 1\n"), HasSubstr("a second .tran"));

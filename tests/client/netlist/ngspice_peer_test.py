@@ -42,6 +42,36 @@ def with_sources_for_diodes(deck):
     return re.sub(r"^D(\w+) (\S+) (\S+) DX$", line, deck, flags=re.M)
 
 
+# All diodes block at the start, and their leaks, which are equal, divide the 6 V.
+BLOCKING = """Three diodes in series that block
+V1 a 0 PULSE(6 7 1u 1u 1u 1 2)
+D1 b a DX
+D2 c b DX
+D3 0 c DX
+C1 b 0 1u
+C2 c 0 1u
+.model DX D(IS=1e-14)
+.tran 1u 5u
+.print tran v(b) v(c)
+.end
+"""
+
+# Sources that rise within 20 us, as LTspice has it; a resistor of a sheet; controlled sources with their kind.
+STARTUP = """Sources that rise
+V1 a 0 5
+V2 g 0 PULSE(0 3 5u 1u 1u 8u 20u)
+R1 a b RX L=100u
+C1 b 0 10n
+E1 c 0 VCVS VALUE={2*V(b)}
+E2 d c VCVS g 0 3
+R2 d e 1k
+C2 e 0 5n
+.model RX R(RSH=20 DEFW=2u)
+.tran 1n 100u startup
+.print tran v(b) v(d) v(e)
+.end
+"""
+
 PUMP = """Dickson charge pump
 Vdd vdd 0 5
 V1 c1 0 PULSE(0 5 0 10n 10n 0.49u 1u)
@@ -182,6 +212,14 @@ class NgspicePeerTest(unittest.TestCase):
         self.compare(PUMP, 2e-5, 1e-9, 1e-5, with_sources_for_diodes(PUMP))
         loose = "reltol=1e-5 abstol=1e-6 vntol=1e-5 chgtol=1e-12"  # with others it stops with "timestep too small"
         self.compare(THREE_PHASES, 0.02, 1e-6, 1e-5, with_sources_for_diodes(THREE_PHASES), loose)
+
+    def test_sources_that_rise_and_parts_with_models(self):
+        risen = re.sub(r"^V1 .*", "B1 a 0 V=5*min(1, time/20u)", STARTUP.replace(" startup", ""), flags=re.M)
+        risen = risen.replace("V2 g 0", "B2 g 0 V=V(p)*min(1, time/20u)\nV2 p 0")
+        self.compare(STARTUP, 1e-4, 1e-9, 1e-6, risen)
+
+    def test_where_blocking_diodes_leave_the_operating_point_open(self):
+        self.compare(BLOCKING, 5e-6, 1e-9, 1e-5)
 
     def test_random_circuits(self):
         """ngspice finds switchings to a part of its steps: some 1e-4 of the result."""
