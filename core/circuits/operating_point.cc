@@ -313,10 +313,11 @@ absl::StatusOr<OperatingPoint> FindOperatingPoint(const Circuit& circuit, const 
   const auto least = LeastBlocking(rest, circuit, graph);
   if (!least.ok()) return least.status();
   auto start = start_at(*least);
-  if (start.ok() && open >= 0) {
+  const Index decided = open >= 0 ? open : FirstOpenRow(rest.M, rest.q, rest.storage, *least);
+  if (start.ok() && decided >= 0) {
     start->notes.push_back(
         "the operating point at 0 does not determine the voltage of " +
-        WithPlace(circuit.elements[AsSize(graph.storages[AsSize(open)].element)]) +
+        WithPlace(circuit.elements[AsSize(graph.storages[AsSize(decided)].element)]) +
         ": as if all diodes and switches that block had the same tiny conductance; .ic V(node)=... gives another");
   }
   return start;

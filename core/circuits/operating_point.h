@@ -31,7 +31,7 @@ struct OperatingPoint {
 //
 // Errors: InvalidArgument with the elements if nothing determines a voltage or a current (a node behind capacitors
 // alone, a loop of inductors), if the problem has no solution or none with a given voltage, or if its solutions still
-// differ in a capacitor or inductor.
+// differ in a capacitor or inductor, or rounding hides whether they do.
 absl::StatusOr<OperatingPoint> FindOperatingPoint(const Circuit& circuit, const CircuitBranches& graph,
                                                   const Vector& source_values);
 

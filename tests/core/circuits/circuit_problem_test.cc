@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "core/linalg/norms.h"
 #include "core/problem/time_axis.h"
@@ -221,6 +222,55 @@ TEST(CircuitProblemTest, BlockingDiodesDivideVoltagesAsEqualConductances) {
   const auto edge = MakeCircuitProblem(CircuitOf({"0", "a", "b"}, pushed, 1));
   ASSERT_TRUE(edge.ok()) << edge.status();
   EXPECT_NEAR(edge->problem.x0[0], 9.3, 1e-9);
+}
+
+// Diodes, an open switch, resistors and capacitors at random between six nodes: as with 1 Gohm across each diode and
+// switch, but for the currents of these. Where rounding hides the minimizer, which is rare, the circuit is refused.
+TEST(CircuitProblemTest, BlockingDiodesAreTheLimitOfOffResistances) {
+  std::mt19937 random(7);
+  const auto node = [&random] { return static_cast<Index>(std::uniform_int_distribution<int>(0, 5)(random)); };
+  int open = 0, compared = 0, refused = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<Element> elements = {Source("V1", 1, 0, ConstantWave{10}), Source("V2", 2, 0, ConstantWave{-3})};
+    const auto add = [&](ElementKind kind, int count, double value) {
+      for (int k = 0; k < count; ++k) {
+        const Index plus = node(), minus = node();
+        if (plus == minus || std::max(plus, minus) + std::min(plus, minus) == 1) continue;
+        Element element = Part(kind, "", plus, minus, value);
+        element.name = "N" + std::to_string(elements.size());
+        element.diode = {.forward = 0.7, .on_resistance = 1};
+        element.switching = {.threshold = 1, .on_resistance = 1};
+        element.controls = {{.factor = 1, .plus = 2, .minus = 0}};
+        elements.push_back(element);
+      }
+    };
+    add(ElementKind::kDiode, 7, 0);
+    add(ElementKind::kSwitch, 1, 0);
+    add(ElementKind::kResistor, 2, 100);
+    for (const Index k : {3, 4, 5}) {
+      elements.push_back(Capacitor("", k, 0, 1e-6));
+      elements.back().name = "C" + std::to_string(k);
+    }
+    const std::vector<std::string> nodes = {"0", "a", "b", "c", "d", "e"};
+    const auto limit = MakeCircuitProblem(CircuitOf(nodes, elements, 1));
+    for (Element& element : elements) element.diode.off_resistance = element.switching.off_resistance = 1e9;
+    const auto leaky = MakeCircuitProblem(CircuitOf(nodes, elements, 1));
+    if (!leaky.ok()) continue;  // a node at capacitors alone, a source across diodes
+    ++compared;
+    if (!limit.ok()) {
+      EXPECT_THAT(std::string(limit.status().message()), HasSubstr("could not decide")) << trial;
+      ++refused;
+      continue;
+    }
+    const bool is_open = std::any_of(limit->notes.begin(), limit->notes.end(), [](const std::string& note) {
+      return note.find("tiny conductance") != std::string::npos;
+    });
+    open += is_open ? 1 : 0;
+    EXPECT_LE((limit->problem.x0 - leaky->problem.x0).cwiseAbs().maxCoeff(), 1e-5) << trial;
+  }
+  EXPECT_GT(open, 30);
+  EXPECT_GT(compared, open);
+  EXPECT_LE(refused, compared / 50);
 }
 
 TEST(CircuitProblemTest, SaysWhichPotentialsBlockingDiodesLeaveOpen) {
