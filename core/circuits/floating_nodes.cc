@@ -6,6 +6,8 @@
 #include <numeric>
 #include <set>
 
+#include "core/circuits/linear_network.h"
+
 namespace dlcs {
 namespace {
 
