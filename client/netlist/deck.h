@@ -10,8 +10,8 @@
 #include "absl/status/statusor.h"
 #include "client/netlist/deck_options.h"
 #include "client/netlist/deck_quantities.h"
-#include "client/netlist/measurements.h"
 #include "client/netlist/deck_steps.h"
+#include "client/netlist/measurements.h"
 #include "core/circuits/circuit.h"
 
 namespace dlcs::client {
