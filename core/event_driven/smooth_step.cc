@@ -271,9 +271,9 @@ double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, cons
   for (int k = 0; k <= kLooks; ++k) at.col(k) = LegendreValues(-1 + (1 + s) * k / kLooks);
   const StatesAndGuards size{RowMaxAbs(Matrix(step.x.lazyProduct(at))), RowMaxAbs(Matrix(step.guard.lazyProduct(at)))};
   // Behind s they may grow, and their rounding with them.
-  const auto before = [](const Vector& noise, const Vector& size, const LegendreSeries& series) {
+  const auto before = [](const Vector& noise, const Vector& part, const LegendreSeries& series) {
     const Vector whole = SizeOf(series);
-    return Vector((size.array() < whole.array()).select(noise.cwiseProduct(size).cwiseQuotient(whole), noise));
+    return Vector((part.array() < whole.array()).select(noise.cwiseProduct(part).cwiseQuotient(whole), noise));
   };
   const StatesAndGuards noise{before(step.x_noise, size.x.cwiseMax(magnitudes.x), step.x),
                               before(step.guard_noise, size.guard, step.guard)};

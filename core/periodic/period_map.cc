@@ -89,8 +89,8 @@ bool PeriodSolve::IsOnBranch(const Vector& y) const {
   if (y_size.size() == 0) return true;
   if (y_before.size() == 0) return false;
   const auto differ = [this](const Vector& one, const Vector& other) {
-    const Vector size = y_size.cwiseMax(kLeast / kZero);
-    return (one.array() > kPositive * size.array() && other.array() <= kZero * size.array()).any();
+    const Vector unit = y_size.cwiseMax(kLeast / kZero);
+    return (one.array() > kPositive * unit.array() && other.array() <= kZero * unit.array()).any();
   };
   return !differ(y, y_before) && !differ(y_before, y);
 }
