@@ -188,7 +188,7 @@ class CallsTest(unittest.TestCase):
         if method == "DeleteSolveJob" and call["code"] == "OK":
             # It was deleted after its end; a cancelled job takes a moment to end.
             name = messages.class_of(described.input_type).FromString(decoded["requests"][0]).name
-            while server.job(name)["state"] in ("JOB_STATE_QUEUED", "JOB_STATE_RUNNING"):
+            while server.job(name)["state"] in ("JOB_STATE_QUEUED", "JOB_STATE_RUNNING", "JOB_STATE_CANCELLING"):
                 time.sleep(0.02)
         responses, code = [], "OK"
         try:
