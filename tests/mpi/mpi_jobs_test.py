@@ -401,10 +401,11 @@ class MpiJobsTest(unittest.TestCase):
 
     def test_ranks_that_stand_still_are_missed(self):
         # Where one rank stands still the other waits for it in MPI, and neither ends. A launcher lets ranks run for
-        # three seconds after SIGTERM: the solve must last longer than that.
+        # three seconds after SIGTERM: the solve must last longer than that, so each step needs multigrid.
+        slow = wall(16, coefficient=200)
         options = [*STEPS, "--steps", "8000", "--at", "0:0.1:1"]
         with Server(flags=["--mpi-patience-ms", "5000"]) as server:
-            name = server.submit(wall(16), *options)
+            name = server.submit(slow, *options)
             progress = 0
             for stands_still in (1, 0):
                 ranks = server.ranks_at_work(name, progress + 0.05)
@@ -413,7 +414,7 @@ class MpiJobsTest(unittest.TestCase):
                 self.assertFalse(any(map(is_alive, ranks)))
                 progress = server.job(name)["progress"]
             self.assertEqual(server.end(name, 180)["state"], "JOB_STATE_SUCCEEDED")
-            self.assertTrue(same(server.trajectory(name), alone(wall(16), *options)))
+            self.assertTrue(same(server.trajectory(name), alone(slow, *options)))
             self.was_resumed(server, name, times=2)
 
     def test_the_worker_killed(self):
