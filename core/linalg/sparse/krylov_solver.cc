@@ -107,32 +107,38 @@ void KrylovSolver::MultiplyRows(const Vector& x, Index begin, Index end, double*
   if (outside_.rows() > 0) times(outside_, outside_values_.data(), true);
 }
 
+void KrylovSolver::MultiplyFree(const Vector& v, Index begin, Index end, Vector& product) const {
+  MultiplyRows(v, begin, end, product.data() + begin);
+  for (Index i = begin; i < end; ++i) product[i] = is_fixed_[i] ? 0 : product[i];
+}
+
 KrylovSolver::Sums KrylovSolver::Multiply(const Vector& v, const Vector& other, Vector& product) {
   Expand(v);
-  return SumOfBlocks([&](Index begin, Index end) {
-    MultiplyRows(v, begin, end, product.data() + begin);
-    for (Index i = begin; i < end; ++i) product[i] = is_fixed_[i] ? 0 : product[i];
+  const Sums sums = SumOfBlocks([&](Index begin, Index end) {
+    MultiplyFree(v, begin, end, product);
     const auto of_v = v.segment(begin, end - begin);
     return Sums{of_v.dot(product.segment(begin, end - begin)), of_v.dot(other.segment(begin, end - begin))};
   });
+  return {team_.Sum(sums.first), team_.Sum(sums.second)};
 }
 
 double KrylovSolver::Dot(const Eigen::Ref<const Vector>& a, const Eigen::Ref<const Vector>& b) {
-  return SumOfBlocks([&](Index begin, Index end) {
-           return Sums{a.segment(begin, end - begin).dot(b.segment(begin, end - begin)), 0};
-         })
-      .first;
+  const Sums sums = SumOfBlocks([&](Index begin, Index end) {
+    return Sums{a.segment(begin, end - begin).dot(b.segment(begin, end - begin)), 0};
+  });
+  return team_.Sum(sums.first);
 }
 
-KrylovSolver::Sums KrylovSolver::CountAndPrecondition(const Vector& v, const Vector& other, Vector& z) {
+KrylovSolver::Sums KrylovSolver::PreconditionResidual() {
   ++iterations_;
-  if (!uses_diagonal_) Precondition(v, size_of_r_, z);
-  return SumOfBlocks([&](Index begin, Index end) {
+  if (!uses_diagonal_) Precondition(r_, size_of_r_, z_);
+  const Sums sums = SumOfBlocks([&](Index begin, Index end) {
     const auto part = [&](const Vector& vector) { return vector.segment(begin, end - begin); };
-    auto of_z = z.segment(begin, end - begin);
-    if (uses_diagonal_) of_z = part(inverse_diagonal_).cwiseProduct(part(v));
-    return Sums{of_z.dot(part(v)), of_z.dot(part(other))};
+    auto of_z = z_.segment(begin, end - begin);
+    if (uses_diagonal_) of_z = part(inverse_diagonal_).cwiseProduct(part(r_));
+    return Sums{of_z.dot(part(r_)), of_z.dot(part(q_))};
   });
+  return {team_.Sum(sums.first), team_.Sum(sums.second)};
 }
 
 template <typename Body>
@@ -145,7 +151,7 @@ KrylovSolver::Sums KrylovSolver::SumOfBlocks(const Body& body) {
     sum.first += of_block.first;
     sum.second += of_block.second;
   }
-  return {team_.Sum(sum.first), team_.Sum(sum.second)};
+  return sum;
 }
 
 namespace {
@@ -208,7 +214,7 @@ bool KrylovSolver::Reduce(double target, Index max_iterations) {
 // preconditioner is not the same to the last bit at each step (Polak-Ribière).
 bool KrylovSolver::ReduceByConjugateGradients(double target, Index max_iterations) {
   for (Index iteration = 0; iteration < max_iterations; ++iteration) {
-    const auto [rho, change] = CountAndPrecondition(r_, q_, z_);
+    const auto [rho, change] = PreconditionResidual();
     if (!(rho > 0)) return false;
     const double beta = has_direction_ ? -last_step_ * change / rho_ : 0;
     rho_ = rho;
@@ -260,9 +266,12 @@ Index KrylovSolver::GmresCycle(double factor, Index steps) {
     const Index k = size;
     r_ = basis_.col(k);  // work space from here on
     size_of_r_ = team_.Max(MaxAbs(r_));
-    CountAndPrecondition(r_, r_, z_);
+    ++iterations_;
+    Precondition(r_, size_of_r_, z_);
     corrections_.col(k) = z_;
-    Multiply(z_, z_, r_);
+    Expand(z_);
+    workers_.ForBlocks(r_.size(), kRowsOfAVectorBlock,
+                       [&](Index, Index begin, Index end) { MultiplyFree(z_, begin, end, r_); });
     for (Index i = 0; i <= k; ++i) {
       H(i, k) = Dot(basis_.col(i), r_);
       AddMultiple(-H(i, k), basis_.col(i), r_, workers_);

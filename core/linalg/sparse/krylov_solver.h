@@ -88,7 +88,9 @@ class KrylovSolver {
   Index GmresCycle(double factor, Index steps);
   // product[i - begin] = (K x)_i for these rows, where x is that of the last Expand().
   void MultiplyRows(const Vector& x, Index begin, Index end, double* product) const;
-  // Scalar products, summed over blocks of rows in their order.
+  // The same for unknowns that are not fixed, in the whole vector; 0 in the others.
+  void MultiplyFree(const Vector& v, Index begin, Index end, Vector& product) const;
+  // Scalar products of the rows of this process, summed over blocks of rows in their order.
   struct Sums {
     double first = 0, second = 0;
   };
@@ -97,8 +99,8 @@ class KrylovSolver {
   // product = K v in the unknowns that are not fixed, 0 in the others. Returns vᵀ product and vᵀ other.
   Sums Multiply(const Vector& v, const Vector& other, Vector& product);
   double Dot(const Eigen::Ref<const Vector>& a, const Eigen::Ref<const Vector>& b);
-  // z = the preconditioner applied to v, which is counted as an iteration. Returns zᵀv and zᵀ other.
-  Sums CountAndPrecondition(const Vector& v, const Vector& other, Vector& z);
+  // z_ = the preconditioner applied to r_, which counts as an iteration. Returns z_ᵀr_ and z_ᵀq_.
+  Sums PreconditionResidual();
   // Calls update(begin, end), which changes those rows of r_, for blocks of rows, and measures r_.
   template <typename Body>
   void UpdateResidual(const Body& update);
