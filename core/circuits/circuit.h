@@ -81,6 +81,10 @@ struct Element {
   std::string place = {};                     // file and line, as in "buck.cir:7"; empty if unknown
 };
 
+inline bool MayBlock(const Element& element) {
+  return element.kind == ElementKind::kDiode || element.kind == ElementKind::kSwitch;
+}
+
 // Inductors `first` and `second` share flux: mutual inductance value √(L1 L2), 0 < |value| <= 1.
 struct Coupling {
   std::string name;

@@ -3,9 +3,9 @@
 
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 
+#include "core/circuits/components.h"
 #include "core/circuits/linear_network.h"
 
 namespace dlcs {
@@ -18,20 +18,9 @@ bool Leaks(const Element& element) {
          (element.body_diode && std::isfinite(element.body_diode->off_resistance));
 }
 
-// Parts of a whole, of which more and more are joined.
-class Parts {
- public:
-  explicit Parts(std::size_t count) : next_(count) { std::iota(next_.begin(), next_.end(), Index{0}); }
-
-  Index Of(Index node) {
-    while (next_[AsSize(node)] != node) node = next_[AsSize(node)] = next_[AsSize(next_[AsSize(node)])];
-    return node;
-  }
-  void Join(Index one, Index other) { next_[AsSize(Of(one))] = Of(other); }
-
- private:
-  std::vector<Index> next_;
-};
+bool DrivesCurrent(const Element& element) {
+  return element.kind == ElementKind::kCurrentSource || element.kind == ElementKind::kControlledCurrent;
+}
 
 // "a", "a and b", "a, b and 3 more".
 std::string ListOf(const std::vector<std::string>& names) {
@@ -43,26 +32,21 @@ std::string ListOf(const std::vector<std::string>& names) {
 }  // namespace
 
 std::vector<std::string> NotesOnFloatingNodes(const Circuit& circuit) {
-  Parts parts(circuit.nodes.size());
+  Components parts(static_cast<Index>(circuit.nodes.size()));
   for (const Element& element : circuit.elements) {
-    const bool is_current =
-        element.kind == ElementKind::kCurrentSource || element.kind == ElementKind::kControlledCurrent;
-    const bool blocks = element.kind == ElementKind::kDiode || element.kind == ElementKind::kSwitch;
-    if (!is_current && (!blocks || Leaks(element))) parts.Join(element.plus, element.minus);
+    if (!DrivesCurrent(element) && (!MayBlock(element) || Leaks(element))) parts.Join(element.plus, element.minus);
   }
   std::set<Index> driven, bounded;
   for (const Element& element : circuit.elements) {
     for (const Index node : {element.plus, element.minus}) {
-      if (element.kind == ElementKind::kCurrentSource || element.kind == ElementKind::kControlledCurrent) {
-        driven.insert(parts.Of(node));
-      }
-      if (element.kind == ElementKind::kDiode || element.kind == ElementKind::kSwitch) bounded.insert(parts.Of(node));
+      if (DrivesCurrent(element)) driven.insert(parts.Find(node));
+      if (MayBlock(element)) bounded.insert(parts.Find(node));
     }
   }
   std::map<Index, std::vector<std::string>> floating;
   for (Index node = 1; node < static_cast<Index>(circuit.nodes.size()); ++node) {
-    const Index part = parts.Of(node);
-    if (part == parts.Of(0) || driven.contains(part) || !bounded.contains(part)) continue;
+    const Index part = parts.Find(node);
+    if (part == parts.Find(0) || driven.contains(part) || !bounded.contains(part)) continue;
     floating[part].push_back(circuit.nodes[AsSize(node)]);
   }
   std::vector<std::string> notes;

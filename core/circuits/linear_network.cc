@@ -9,6 +9,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/circuits/components.h"
 #include "core/linalg/balance.h"
 
 namespace dlcs {
@@ -18,27 +19,6 @@ using RowVector = Eigen::RowVectorXd;
 
 // Sums of terms that cancel to less than this, relative to the terms, are zero.
 constexpr double kCancels = 256 * std::numeric_limits<double>::epsilon();
-
-// Sets of nodes that are connected.
-class Components {
- public:
-  explicit Components(Index nodes) : parent_(AsSize(nodes)) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
-
-  Index Find(Index node) {
-    while (parent_[AsSize(node)] != node) node = parent_[AsSize(node)] = parent_[AsSize(parent_[AsSize(node)])];
-    return node;
-  }
-  // Whether they were apart.
-  bool Join(Index one, Index other) {
-    one = Find(one);
-    other = Find(other);
-    parent_[AsSize(std::max(one, other))] = std::min(one, other);
-    return one != other;
-  }
-
- private:
-  std::vector<Index> parent_;
-};
 
 bool IsSolvedFor(BranchRole role) {
   return role == BranchRole::kResistor || role == BranchRole::kControlledVoltage ||

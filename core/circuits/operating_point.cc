@@ -159,8 +159,7 @@ RestProblem MakeRestProblem(const RestNetwork& at_rest, const Circuit& circuit, 
   }
   std::vector<Index> may_block;
   for (Index e = 0; e < static_cast<Index>(circuit.elements.size()); ++e) {
-    const ElementKind kind = circuit.elements[AsSize(e)].kind;
-    if (kind == ElementKind::kDiode || kind == ElementKind::kSwitch) may_block.push_back(e);
+    if (MayBlock(circuit.elements[AsSize(e)])) may_block.push_back(e);
   }
   rest.blocking.of_y = Matrix::Zero(static_cast<Index>(may_block.size()), pairs);
   rest.blocking.constant = Vector::Zero(static_cast<Index>(may_block.size()));
