@@ -17,7 +17,7 @@ CoupledSteps::CoupledSteps(const Problem& problem, Selection selection, SourceSa
       steppers_([&problem, selection](double step) {
         return std::make_unique<Stepper>(problem, ExponentialPiecewiseConstant(problem, step), selection);
       }),
-      shortest_(1e-12 * problem.horizon) {
+      shortest_(kShortestStep * problem.horizon) {
   segment_.steps = 1;
   segment_.f.resize(problem.num_states(), 2);
   segment_.x.resize(problem.num_states(), 2);

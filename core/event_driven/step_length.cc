@@ -77,7 +77,7 @@ double StepLength::Shortest(double t, const Mode* mode, double part_of_horizon, 
   return std::max(kOfTime * t, std::min(part_of_horizon * horizon_, part_of_rate * acts));
 }
 
-double StepLength::ShortestStep(double t, const Mode* mode) const { return Shortest(t, mode, 1e-12, 1); }
+double StepLength::ShortestStep(double t, const Mode* mode) const { return Shortest(t, mode, kShortestStep, 1); }
 
 // Time is known so well near 0 that a mode may be a part of it that is shorter than those parts.
 double StepLength::ShortestMode(double t, const Mode* mode) const {

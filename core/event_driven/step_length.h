@@ -49,6 +49,9 @@ class StepLength {
   int of_one_length_ = 0;      // steps in a row that found no reason to grow
 };
 
+// Steps that are shorter than this part of the horizon are not worth a collocation, nor a step of first order.
+inline constexpr double kShortestStep = 1e-12;
+
 // The part of the tolerance that a step of this length gets: error control never requires less than 2 %.
 double ShareOfTolerance(double length, double horizon);
 
