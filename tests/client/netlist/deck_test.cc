@@ -146,20 +146,17 @@ TEST(DeckTest, ReadsWhatOneProgramAloneHas) {
       "E3 vcvs 0 b 0 2\nE4 f 0 vcvs 0 2\nR1 a 0 1\nR2 e 0 1\n" +
       std::string(kRest));
   EXPECT_EQ(std::get<SineWave>(Named(deck, "I1").source).cycles, 2);
-  const auto older = std::get<AmplitudeModulatedWave>(Named(deck, "V1").source);
-  EXPECT_EQ(older.offset, 0);
-  EXPECT_EQ(older.mean, 2);
-  EXPECT_EQ(older.depth, 1);
-  EXPECT_EQ(older.signal, 100);
-  EXPECT_EQ(older.carrier, 20e3);
-  EXPECT_EQ(older.delay, 1e-6);
-  const auto newer = std::get<AmplitudeModulatedWave>(Named(deck, "V2").source);
-  EXPECT_EQ(newer.offset, 1);
-  EXPECT_EQ(newer.mean, 2);
-  EXPECT_EQ(newer.depth, 3);
-  EXPECT_EQ(newer.signal, 100);
-  EXPECT_EQ(newer.carrier, 20e3);
-  EXPECT_EQ(newer.delay, 1e-6);
+  const auto expect_wave = [&deck](const char* name, const AmplitudeModulatedWave& expected) {
+    const auto found = std::get<AmplitudeModulatedWave>(Named(deck, name).source);
+    EXPECT_EQ(found.offset, expected.offset);
+    EXPECT_EQ(found.mean, expected.mean);
+    EXPECT_EQ(found.depth, expected.depth);
+    EXPECT_EQ(found.signal, expected.signal);
+    EXPECT_EQ(found.carrier, expected.carrier);
+    EXPECT_EQ(found.delay, expected.delay);
+  };
+  expect_wave("V1", {.offset = 0, .mean = 2, .depth = 1, .signal = 100, .carrier = 20e3, .delay = 1e-6});
+  expect_wave("V2", {.offset = 1, .mean = 2, .depth = 3, .signal = 100, .carrier = 20e3, .delay = 1e-6});
   EXPECT_EQ(Named(deck, "E1").controls[0].factor, 2);
   EXPECT_EQ(Named(deck, "E2").controls[0].factor, 3);
   EXPECT_EQ(Named(deck, "G1").controls[0].factor, 4);
