@@ -7,6 +7,7 @@
 
 #include "core/circuits/components.h"
 #include "core/circuits/linear_network.h"
+#include "core/format_number.h"
 
 namespace dlcs {
 namespace {
@@ -23,10 +24,14 @@ bool DrivesCurrent(const Element& element) {
 }
 
 // "a", "a and b", "a, b and 3 more".
-std::string ListOf(const std::vector<std::string>& names) {
-  if (names.size() == 1) return names[0];
-  if (names.size() == 2) return names[0] + " and " + names[1];
-  return names[0] + ", " + names[1] + " and " + std::to_string(names.size() - 2) + " more";
+std::string Shortened(std::vector<std::string> names) {
+  constexpr std::size_t kShown = 2;
+  if (names.size() > kShown) {
+    const std::size_t more = names.size() - kShown;
+    names.resize(kShown);
+    names.push_back(std::to_string(more) + " more");
+  }
+  return ListText(names);
 }
 
 }  // namespace
@@ -51,7 +56,7 @@ std::vector<std::string> NotesOnFloatingNodes(const Circuit& circuit) {
   }
   std::vector<std::string> notes;
   for (const auto& [part, names] : floating) {
-    notes.push_back("while all diodes and switches at " + ListOf(names) +
+    notes.push_back("while all diodes and switches at " + Shortened(names) +
                     " block, the potential of this part is not determined; one that keeps them blocked is shown");
   }
   return notes;
