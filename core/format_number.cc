@@ -22,9 +22,7 @@ std::string NumberText(double value) { return Text(value); }
 
 std::string FormatNumber(double value) { return Text(value, std::chars_format::general, 6); }
 
-std::string ShapeText(Index rows, Index columns) {
-  return std::to_string(rows) + "x" + std::to_string(columns);
-}
+std::string ShapeText(Index rows, Index columns) { return std::to_string(rows) + "x" + std::to_string(columns); }
 
 std::string ListText(const std::vector<std::string>& words) {
   std::string list;

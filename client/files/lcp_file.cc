@@ -19,13 +19,11 @@ using nlohmann::json;
 // {"times": [t_0, ...], "values": [[...], ...]}, one row of values per time.
 void ReadPath(const json& value, const std::string& path, JsonReader& reader, v1::PiecewiseLinearPath& wire) {
   if (!value.is_object()) {
-    return reader.Refuse(
-        path, fmt::format("is {}; must be an object {{\"times\": [...], \"values\": [[...], ...]}}",
-                          DescribeJson(value)));
+    return reader.Refuse(path, fmt::format("is {}; must be an object {{\"times\": [...], \"values\": [[...], ...]}}",
+                                           DescribeJson(value)));
   }
   const json* times = reader.Require(value, "times", fmt::format("{} needs the times of its nodes", path));
-  const json* values =
-      reader.Require(value, "values", fmt::format("{} needs a row of values per time", path));
+  const json* values = reader.Require(value, "values", fmt::format("{} needs a row of values per time", path));
   if (times == nullptr || values == nullptr) return;
   const auto time_list = reader.ReadNumbers(*times, path + ".times");
   const auto rows = reader.ReadMatrix(*values, path + ".values");
@@ -50,10 +48,8 @@ absl::StatusOr<v1::SolveLcpRequest> ParseLcp(const std::string& text, const std:
   v1::SolveLcpRequest request;
   JsonReader reader(source);
   reader.RefuseUnknownKeys(*root, {"M", "q", "rule", "selector"}, "", {"why", "expect"});
-  ReadMatrixKey(*root, "M", "the n rows of the matrix of 0 <= y ⟂ q + M y >= 0", reader,
-                *request.mutable_m());
-  ReadNumbersKey(*root, "q", "the n values of the vector of 0 <= y ⟂ q + M y >= 0", reader,
-                 *request.mutable_q());
+  ReadMatrixKey(*root, "M", "the n rows of the matrix of 0 <= y ⟂ q + M y >= 0", reader, *request.mutable_m());
+  ReadNumbersKey(*root, "q", "the n values of the vector of 0 <= y ⟂ q + M y >= 0", reader, *request.mutable_q());
   ReadRuleKeys(*root, reader, request);
 
   const absl::Status status = reader.status();
@@ -79,8 +75,7 @@ absl::StatusOr<v1::SolveDcpRequest> ParseDcp(const std::string& text, const std:
   JsonReader reader(source);
   reader.RefuseUnknownKeys(*root, {"M", "q"}, "");
   ReadMatrixKey(*root, "M", "the n rows of the matrix of w = q + M v", reader, *request.mutable_m());
-  if (const json* q =
-          reader.Require(*root, "q", "the path q, as in {\"times\": [0, 1], \"values\": [[0], [-1]]}")) {
+  if (const json* q = reader.Require(*root, "q", "the path q, as in {\"times\": [0, 1], \"values\": [[0], [-1]]}")) {
     if (q->is_object()) reader.RefuseUnknownKeys(*q, {"times", "values"}, "q");
     ReadPath(*q, "q", reader, *request.mutable_q());
   }

@@ -2,9 +2,12 @@
 #include "client/mpi/attend.h"
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <sys/pidfd.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
@@ -51,6 +54,20 @@ std::shared_ptr<grpc::Channel> ConnectTo(const std::string& worker) {
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kRankPing_ms);
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   return grpc::CreateCustomChannel(worker, grpc::InsecureChannelCredentials(), arguments);
+}
+
+// Ends this process as soon as its parent, the launcher or its daemon on this machine, has ended. A launcher that is
+// killed cannot end its ranks, whose work another attempt does again. Does nothing where the system has no pidfd.
+void EndWithLauncher() {
+  const pid_t parent = getppid();
+  const int launcher = pidfd_open(parent, 0);
+  if (launcher < 0) return;
+  if (getppid() != parent) _exit(kServiceFailed);
+  std::thread([launcher] {
+    pollfd has_ended{.fd = launcher, .events = POLLIN, .revents = 0};
+    while (poll(&has_ended, 1, /*timeout=*/-1) < 0 && errno == EINTR) continue;
+    _exit(kServiceFailed);
+  }).detach();
 }
 
 // What another rank than the first has with the worker, which misses it if it is lost or stands still.
@@ -252,6 +269,7 @@ void SayIfNothingWasShared(const MpiVolume& before, AttemptSink& sink) {
 }  // namespace
 
 int Attend(MpiWorld& world, const std::string& refusal) {
+  EndWithLauncher();
   std::unique_ptr<WorkerLink> link;
   std::optional<Presence> presence;
   if (world.rank() == 0) {

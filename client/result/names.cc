@@ -73,8 +73,6 @@ std::string AccuracySourceName(v1::AccuracySource source) {
 
 bool Succeeded(const v1::Summary& summary) { return summary.verdict().success(); }
 
-std::string VerdictName(v1::LcpStatus verdict) {
-  return BareName(*v1::LcpStatus_descriptor(), verdict);
-}
+std::string VerdictName(v1::LcpStatus verdict) { return BareName(*v1::LcpStatus_descriptor(), verdict); }
 
 }  // namespace dlcs::client

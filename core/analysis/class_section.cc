@@ -16,8 +16,8 @@ void AddConstants(const Matrix& M, AnalysisSection& section) {
   const LowerBound below = SemicopositiveConstant(M);
   const UpperBound above = SemicopositiveConstantAbove(M);
   const char* title = "max z_i (Mz)_i >= σ ‖z‖² for z >= 0, in the ∞-norm";
-  const auto add = [&section](const char* id, const char* symbol, const char* what, double value,
-                              ConstantKind kind, std::string why, const char* source) {
+  const auto add = [&section](const char* id, const char* symbol, const char* what, double value, ConstantKind kind,
+                              std::string why, const char* source) {
     section.constants.push_back({id, symbol, what, value, kind, std::move(why), source});
   };
   if (below.value >= above.value) {
@@ -47,17 +47,14 @@ AnalysisSection ClassSection(const Matrix& M) {
   add("positive-definite", "positive definite", known.quadratic_form.positive_definite, kNoSource);
   add("p", "P-matrix", known.minors.p, kNoSource);
   add("z", "Z-matrix", known.z, kNoSource);
-  add("hidden-z", "hidden Z-matrix: M X = Y with Z-matrices X, Y", known.hidden_z,
-      "(4.10) of [Chen & Xiang]");
-  add("positive-semidefinite", "positive semidefinite", known.quadratic_form.positive_semidefinite,
-      kNoSource);
+  add("hidden-z", "hidden Z-matrix: M X = Y with Z-matrices X, Y", known.hidden_z, "(4.10) of [Chen & Xiang]");
+  add("positive-semidefinite", "positive semidefinite", known.quadratic_form.positive_semidefinite, kNoSource);
   add("strictly-copositive", "strictly copositive", known.copositive.strictly_copositive, kNoSource);
   add("type-i", "type I: strictly semicopositive for integrals, with one constant", known.type_one,
       "section 4 of [Shen & Pang]");
   add("type-ii", "type II: the same, with a constant for each function", known.type_two, kNoSource);
   add("type-iii", "type III: the same, without a constant", known.type_three, kNoSource);
-  add("strictly-semicopositive", "strictly semicopositive", known.semicopositive.strict,
-      "(1) of [Shen & Pang]");
+  add("strictly-semicopositive", "strictly semicopositive", known.semicopositive.strict, "(1) of [Shen & Pang]");
   add("nondegenerate", "nondegenerate", known.minors.nondegenerate, kNoSource);
   add("p0", "P0-matrix", known.minors.p0, kNoSource);
   add("copositive", "copositive", known.copositive.copositive, kNoSource);

@@ -43,8 +43,7 @@ void Recorder::Take(Index node, const Eigen::Ref<const Vector>& x, const Eigen::
 void Recorder::Add(const Segment& segment, const Eigen::Ref<const Matrix>& w, Index begin, Index end) {
   const Index last_node = segment.first_node + end;
   if (begin == 0) Begin(segment.first_node, segment.y.col(0), w.col(0));
-  while (recorded_ < static_cast<Index>(grid_.output_nodes.size()) &&
-         grid_.output_nodes[recorded_] <= last_node) {
+  while (recorded_ < static_cast<Index>(grid_.output_nodes.size()) && grid_.output_nodes[recorded_] <= last_node) {
     const Index node = grid_.output_nodes[recorded_];
     const Index column = node - segment.first_node;
     Take(node, segment.x.col(column), segment.y.col(column), w.col(column - begin));

@@ -10,13 +10,12 @@
 namespace dlcs {
 namespace {
 
-std::optional<Sources::NonFinite> FindNonFinite(const char* name, const Matrix& values, double time,
-                                                Index column) {
+std::optional<Sources::NonFinite> FindNonFinite(const char* name, const Matrix& values, double time, Index column) {
   for (Index i = 0; i < values.rows(); ++i) {
     if (std::isfinite(values(i, column))) continue;
     char message[96];
-    std::snprintf(message, sizeof message, "%s[%ld] is %g at t = %.12g", name, static_cast<long>(i),
-                  values(i, column), time);
+    std::snprintf(message, sizeof message, "%s[%ld] is %g at t = %.12g", name, static_cast<long>(i), values(i, column),
+                  time);
     return Sources::NonFinite{time, message};
   }
   return std::nullopt;
@@ -33,8 +32,8 @@ absl::StatusOr<Sources> Sources::Create(const Problem& problem) {
   return Sources(*std::move(f), *std::move(g));
 }
 
-std::optional<Sources::NonFinite> Sources::Sample(const Grid& grid, const Run& run, Index first_step,
-                                                  Index steps, Segment& segment) {
+std::optional<Sources::NonFinite> Sources::Sample(const Grid& grid, const Run& run, Index first_step, Index steps,
+                                                  Segment& segment) {
   segment.first_node = run.first_node + first_step;
   segment.steps = steps;
   segment.step = run.step;
@@ -53,8 +52,7 @@ std::optional<Sources::NonFinite> Sources::Sample(const Grid& grid, const Run& r
     f_.Evaluate(middle, Side::kRight, segment.f_mid.col(k));
     g_.Evaluate(middle, Side::kRight, segment.g_mid.col(k));
   }
-  if (segment.f.allFinite() && segment.g.allFinite() && segment.f_mid.allFinite() &&
-      segment.g_mid.allFinite()) {
+  if (segment.f.allFinite() && segment.g.allFinite() && segment.f_mid.allFinite() && segment.g_mid.allFinite()) {
     return std::nullopt;
   }
   for (Index k = 0; k <= steps; ++k) {

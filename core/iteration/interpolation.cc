@@ -16,8 +16,7 @@ Matrix SecondDerivatives(const std::vector<double>& h, const Matrix& values) {
     entries.insert(entries.end(), {{static_cast<int>(i), static_cast<int>(i - 1), h[i - 1]},
                                    {static_cast<int>(i), static_cast<int>(i), 2 * (h[i - 1] + h[i])},
                                    {static_cast<int>(i), static_cast<int>(i + 1), h[i]}});
-    right.row(i) =
-        6 * ((values.row(i + 1) - values.row(i)) / h[i] - (values.row(i) - values.row(i - 1)) / h[i - 1]);
+    right.row(i) = 6 * ((values.row(i + 1) - values.row(i)) / h[i] - (values.row(i) - values.row(i - 1)) / h[i - 1]);
   }
   // The third derivative does not jump at the second node and the last but one; a parabola has none.
   const auto no_jump = [&](Index row, Index left, double before, double after) {
@@ -71,8 +70,7 @@ std::vector<InterpolatedRun> Interpolate(Interpolation kind, const Grid& grid, c
       Matrix nodes(h.size() + 1, values.rows());
       Index node = 0;
       for (size_t r = begin; r < end; ++r) {
-        nodes.middleRows(node, columns.Count(r)) =
-            values.middleCols(columns.First(r), columns.Count(r)).transpose();
+        nodes.middleRows(node, columns.Count(r)) = values.middleCols(columns.First(r), columns.Count(r)).transpose();
         node += grid.runs[r].steps;
       }
       const Matrix second = SecondDerivatives(h, nodes).transpose();

@@ -7,7 +7,7 @@
 namespace dlcs {
 
 std::optional<Jump> DetectJump(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Matrix>& y,
-                                       double largest_slope) {
+                               double largest_slope) {
   constexpr double kRelative = 1e-6;  // of the slope
   constexpr double kRounding = 1e-9;  // of the size of y, and of q through the slope
   const double rounding = kRounding * (MaxAbs(y) + largest_slope * MaxAbs(q));

@@ -30,10 +30,9 @@ void BalanceMu(Contour& contour) {
 
 double LogSourceError(const Contour& contour, double sector_angle) {
   const double around = 2 * std::numbers::pi / contour.step;
-  return std::max({-around * (kRightAngle - sector_angle - contour.gamma),
-                   contour.mu - around * contour.gamma,
-                   std::log(2 / (contour.mu * std::sin(contour.gamma))) -
-                       contour.step * static_cast<double>(contour.nodes)});
+  return std::max(
+      {-around * (kRightAngle - sector_angle - contour.gamma), contour.mu - around * contour.gamma,
+       std::log(2 / (contour.mu * std::sin(contour.gamma))) - contour.step * static_cast<double>(contour.nodes)});
 }
 
 Contour BestSourceContour(Index nodes, double sector_angle) {

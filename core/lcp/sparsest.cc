@@ -41,7 +41,7 @@ class Contest {
 }  // namespace
 
 LcpStatus SparsestSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                                 Basis& basis, Eigen::Ref<Vector> y) {
+                                Basis& basis, Eigen::Ref<Vector> y) {
   account_ = {.pivots = 0, .method = "enumeration (fewest positive components)", .message = ""};
   only_choice_ = true;
   y.setZero();

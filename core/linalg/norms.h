@@ -21,8 +21,8 @@ double MaxAbsOfColumns(const double* values, Index rows, Index cols, Index strid
 
 // Whether an expression is an array of doubles in memory, column by column.
 template <typename Derived>
-constexpr bool kIsInMemory = (Derived::Flags & Eigen::DirectAccessBit) != 0 && !Derived::IsRowMajor &&
-                             std::is_same_v<typename Derived::Scalar, double>;
+constexpr bool kIsInMemory = (Derived::Flags & Eigen::DirectAccessBit) != 0 && !Derived::IsRowMajor
+                             && std::is_same_v<typename Derived::Scalar, double>;
 
 // max |entry|; 0 for an empty expression, NaN if any entry is NaN.
 template <typename Derived>

@@ -50,9 +50,8 @@ class SignTest {
     fact.witness.indices = IndicesOf(subset_);
     fact.witness.value = value_;
     fact.answer = refuted_ ? Answer::kNo : Answer::kYes;
-    fact.why = refuted_
-                   ? absl::StrCat(MinorOfRows(fact.witness.indices), " is ", value_)
-                   : absl::StrCat("all principal minors are ", all_, "; the smallest in size is ", value_);
+    fact.why = refuted_ ? absl::StrCat(MinorOfRows(fact.witness.indices), " is ", value_)
+                        : absl::StrCat("all principal minors are ", all_, "; the smallest in size is ", value_);
     return fact;
   }
 
@@ -94,8 +93,8 @@ MinorClasses ByAllMinors(const Matrix& M) {
 }
 
 Fact BeyondExact(Index n) {
-  return {Answer::kUnknown, absl::StrCat("n = ", n, " is beyond the exact test (n <= ", kMaxExactSize,
-                                         ") and no other test decides")};
+  return {Answer::kUnknown,
+          absl::StrCat("n = ", n, " is beyond the exact test (n <= ", kMaxExactSize, ") and no other test decides")};
 }
 
 // TestPMatrix(), with unknown where rounding decided.

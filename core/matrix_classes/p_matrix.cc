@@ -107,8 +107,7 @@ Fact LeadingMinors(const Matrix& M) {
       LookForStop();
       if (!tracked.PivotIsPositive()) {
         const double pivot = tracked.value(0, 0);
-        return NotPositive({order.begin(), order.begin() + p + 1}, minor * pivot,
-                           pivot < -tracked.error(0, 0));
+        return NotPositive({order.begin(), order.begin() + p + 1}, minor * pivot, pivot < -tracked.error(0, 0));
       }
       minor *= tracked.value(0, 0);
       TrackedMatrix schur{Matrix(size - p - 1, size - p - 1), Matrix(size - p - 1, size - p - 1)};
@@ -131,9 +130,8 @@ Fact TestPMatrix(const Matrix& M) {
   }
   if (z && M.rows() > kMaxExactSize) {
     Fact leading = LeadingMinors(M);
-    return leading.answer == Answer::kNo
-               ? leading
-               : Fact{Answer::kNo, "a Z-matrix that is singular to working precision"};
+    return leading.answer == Answer::kNo ? leading
+                                         : Fact{Answer::kNo, "a Z-matrix that is singular to working precision"};
   }
   if (IsSymmetricPartPositiveDefinite(M)) return {Answer::kYes, "its symmetric part is positive definite"};
   if (M.rows() <= kMaxExactSize) {

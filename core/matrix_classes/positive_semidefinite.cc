@@ -211,8 +211,7 @@ std::optional<Fact> SemidefiniteByRows(const Matrix& sum) {
     return Fact{Answer::kYes, "its symmetric part is diagonally dominant, with no negative diagonal entry"};
   }
   if (!IsSymmetricPartPositiveDefinite(sum(rows, rows))) return std::nullopt;
-  return Fact{Answer::kYes,
-              "the rows of its symmetric part that are not zero make a positive definite matrix"};
+  return Fact{Answer::kYes, "the rows of its symmetric part that are not zero make a positive definite matrix"};
 }
 
 Fact AtTheBoundary() {
@@ -245,8 +244,7 @@ Fact Definite(const Matrix& M, const std::optional<Matrix>& sum, const Fact& sem
 
 Fact Semidefinite(const Matrix& M, const std::optional<Matrix>& sum) {
   if (IsSymmetricPartPositiveDefinite(M)) return {Answer::kYes, "positive definite"};
-  if (Fact tolerant = TestPositiveSemidefinite(M);
-      tolerant.no() && FormIsClearlyNegative(M, tolerant.witness.z)) {
+  if (Fact tolerant = TestPositiveSemidefinite(M); tolerant.no() && FormIsClearlyNegative(M, tolerant.witness.z)) {
     return RefutedByForm(M, tolerant.why, tolerant.witness.z);
   }
   if (!sum) return AtTheBoundary();

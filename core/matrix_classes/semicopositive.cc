@@ -31,8 +31,7 @@ std::vector<Index> All(Index n) {
 void SeeDiagonal(const Matrix& M, SemicopositiveClasses& known) {
   for (Index i = 0; i < M.rows(); ++i) {
     if (M(i, i) > 0) continue;
-    Fact no =
-        Refuted(absl::StrCat("M[", i, "][", i, "] = ", M(i, i), " is not positive"), {i}, Vector::Ones(1));
+    Fact no = Refuted(absl::StrCat("M[", i, "][", i, "] = ", M(i, i), " is not positive"), {i}, Vector::Ones(1));
     if (M(i, i) < 0) {
       known = {no, no};
       known.weak.why = absl::StrCat("M[", i, "][", i, "] = ", M(i, i), " is negative");
@@ -49,17 +48,16 @@ void SeeNegativeEntries(const Matrix& M, SemicopositiveClasses& known) {
   if (known.strict.no()) return;
   Vector z = PositiveImageOfMMatrix(ZMatrixBelow(M));
   if (z.size() == 0) return;
-  Fact yes{Answer::kYes, M.minCoeff() >= 0
-                             ? "nonnegative with positive diagonal"
-                             : "its diagonal outweighs its negative entries, after column scaling"};
+  Fact yes{Answer::kYes, M.minCoeff() >= 0 ? "nonnegative with positive diagonal"
+                                           : "its diagonal outweighs its negative entries, after column scaling"};
   yes.witness.z = std::move(z);
   known = {yes, yes};
 }
 
 // What can be said beyond the sweep.
 void SeeLargeMatrix(const Matrix& M, SemicopositiveClasses& known) {
-  const std::string beyond = absl::StrCat("n = ", M.rows(), " is beyond the exact test (n <= ", kMaxExactSize,
-                                          ") and no other test decides");
+  const std::string beyond =
+      absl::StrCat("n = ", M.rows(), " is beyond the exact test (n <= ", kMaxExactSize, ") and no other test decides");
   if (known.strict.answer == Answer::kUnknown) {
     known.strict.why = beyond;
     if (const Fact p = TestPMatrix(M); p.yes()) {

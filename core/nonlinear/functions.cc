@@ -13,8 +13,8 @@
 namespace dlcs {
 namespace {
 
-absl::StatusOr<std::vector<Formula>> Compile(const std::vector<std::string>& texts,
-                                             const FormulaVariables& variables, const TimeAxis& axis) {
+absl::StatusOr<std::vector<Formula>> Compile(const std::vector<std::string>& texts, const FormulaVariables& variables,
+                                             const TimeAxis& axis) {
   std::vector<Formula> formulas;
   for (const std::string& text : texts) {
     LookForStop();
@@ -56,8 +56,7 @@ absl::StatusOr<NonlinearFunctions> NonlinearFunctions::Create(const NonlinearPro
   return functions;
 }
 
-Vector NonlinearFunctions::Values(std::vector<Formula>& formulas, double t, const Vector& x,
-                                  const Vector& y) {
+Vector NonlinearFunctions::Values(std::vector<Formula>& formulas, double t, const Vector& x, const Vector& y) {
   Vector values(static_cast<Index>(formulas.size()));
   for (Index i = 0; i < values.size(); ++i) values[i] = formulas[i].Evaluate(t, x, y);
   return values;
@@ -87,8 +86,8 @@ std::vector<Index> NonlinearFunctions::ConstraintsAbsentFromG() const {
   return absent;
 }
 
-std::string DescribeNonFinite(const std::string& name, const std::vector<std::string>& formulas,
-                              const Vector& values, double t) {
+std::string DescribeNonFinite(const std::string& name, const std::vector<std::string>& formulas, const Vector& values,
+                              double t) {
   constexpr std::size_t kLongest = 80;  // a formula longer than that was written by a program
   for (Index i = 0; i < values.size(); ++i) {
     if (std::isfinite(values[i])) continue;

@@ -34,8 +34,7 @@ Workers::~Workers() = default;
 
 int Workers::max_threads() const { return arena_->arena.max_concurrency(); }
 
-void Workers::ForBlocks(Index count, Index block_size,
-                        const std::function<void(Index, Index, Index)>& body) {
+void Workers::ForBlocks(Index count, Index block_size, const std::function<void(Index, Index, Index)>& body) {
   const Index blocks = (count + block_size - 1) / block_size;
   const auto run = [&](Index block) {
     LookForStop();

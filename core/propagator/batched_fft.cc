@@ -117,8 +117,7 @@ void RunPass(Index n, Index s, const double* w_re, const double* w_im, BatchedFf
 }
 
 template <int radix>
-void RunPass(Index n, Index s, const double* w_re, const double* w_im, BatchedFft::Parts from,
-             BatchedFft::Parts to) {
+void RunPass(Index n, Index s, const double* w_re, const double* w_im, BatchedFft::Parts from, BatchedFft::Parts to) {
   RunPass<radix>(n, s, w_re, w_im, from, to, std::make_integer_sequence<int, radix>(),
                  std::make_integer_sequence<int, radix - 1>());
 }

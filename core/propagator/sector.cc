@@ -78,7 +78,7 @@ std::optional<double> NarrowestAngle(SectorProof& proof, double shift) {
 
 std::optional<Sector> FindSector(const SparseMatrix& A, double horizon, const SparseMatrix& E) {
   constexpr double kShifts[] = {0, 0.5, 1.5, 3};  // over the horizon each costs a factor of e^σ in rounding
-  constexpr Index kFewNodes = 160;                   // not worth a search for less
+  constexpr Index kFewNodes = 160;                // not worth a search for less
   SectorProof proof(A, E);
   if (!proof.has_inner_product()) return std::nullopt;
   std::optional<Sector> best;

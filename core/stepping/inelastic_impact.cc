@@ -42,8 +42,10 @@ class Impacts {
     for (Index i = 0; i < impulse_response_.rows(); ++i) {
       if ((impulse_response_.row(i).array() == 0).all()) {
         return context_.Fail(Termination::kUnsupported, 0,
-                             "Row " + std::to_string(i) + " of N A B is zero: no impulse acts on the velocity of "
-                             "(N x + g)[" + std::to_string(i) + "], its relative degree is more than two.");
+                             "Row " + std::to_string(i) +
+                                 " of N A B is zero: no impulse acts on the velocity of "
+                                 "(N x + g)[" +
+                                 std::to_string(i) + "], its relative degree is more than two.");
       }
     }
     Progress progress(context_);

@@ -114,8 +114,7 @@ absl::StatusOr<std::optional<FirstStep>> BoundFirstStep(const Problem& problem, 
 }
 
 absl::StatusOr<std::optional<GuaranteedInterval>> GuaranteeInterval(const Problem& problem,
-                                                                    const SolutionChoice& choice,
-                                                                    double kappa) {
+                                                                    const SolutionChoice& choice, double kappa) {
   auto speed = SpeedAtStart::Create(problem, choice);
   if (!speed.ok()) return speed.status();
   const Vector g0 = speed->g(0, Side::kRight);
@@ -125,7 +124,8 @@ absl::StatusOr<std::optional<GuaranteedInterval>> GuaranteeInterval(const Proble
 
   // T_0 is no longer than with c_0 and γ as they are at 0.
   const double longest = TimeToLeave(FeasibleStateRadius(*radius, 0, problem.N), *c, kappa);
-  GuaranteedInterval best{.gamma = FeasibleStateRadius(*radius, 0, problem.N), .speed = *c,
+  GuaranteedInterval best{.gamma = FeasibleStateRadius(*radius, 0, problem.N),
+                          .speed = *c,
                           .sampled = !IsConstant(problem.f) || !IsConstant(problem.g)};
   double drift = 0, c0 = *c;
   for (const double time : SampleTimes(problem, std::min(problem.horizon, longest))) {

@@ -8,8 +8,7 @@
 
 namespace dlcs {
 
-SplitStep::SplitStep(std::optional<BandSplitting> splitting, MakeStep make_step)
-    : make_step_(std::move(make_step)) {
+SplitStep::SplitStep(std::optional<BandSplitting> splitting, MakeStep make_step) : make_step_(std::move(make_step)) {
   if (splitting) splitting_.emplace(*std::move(splitting));
 }
 

@@ -17,8 +17,7 @@ WireShape ShapeOfSum(const v1::KroneckerSum& sum) {
   for (const v1::Matrix& factor : sum.factors()) {
     // A sum among the factors is refused elsewhere, so its own factors, which may nest, are no matter here.
     const WireShape of_factor = factor.has_kronecker_sum() ? WireShape() : ShapeOf(factor);
-    shape = {SaturatedProduct(shape.rows, of_factor.rows),
-             SaturatedProduct(shape.columns, of_factor.columns)};
+    shape = {SaturatedProduct(shape.rows, of_factor.rows), SaturatedProduct(shape.columns, of_factor.columns)};
   }
   return shape;
 }

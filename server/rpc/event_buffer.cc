@@ -8,9 +8,7 @@
 namespace dlcs {
 namespace {
 
-bool IsWindow(const v1::SolveEvent& event) {
-  return event.has_window_started() || event.has_window_finished();
-}
+bool IsWindow(const v1::SolveEvent& event) { return event.has_window_started() || event.has_window_finished(); }
 
 v1::SolveEvent GapInsteadOf(const v1::SolveEvent& event) {
   v1::SolveEvent result;
@@ -105,10 +103,9 @@ std::size_t EventMailbox::size() const {
 
 void EventMailbox::ForgetOldestIterate() {
   --iterates_;
-  oldest_iterate_ = iterates_ == 0
-                        ? queue_.end()
-                        : std::find_if(std::next(oldest_iterate_), queue_.end(),
-                                       [](const v1::SolveEvent& event) { return event.has_iterate(); });
+  oldest_iterate_ = iterates_ == 0 ? queue_.end()
+                                   : std::find_if(std::next(oldest_iterate_), queue_.end(),
+                                                  [](const v1::SolveEvent& event) { return event.has_iterate(); });
 }
 
 void EventMailbox::DropOldestIterate() {

@@ -278,7 +278,7 @@ grpc::ServerUnaryReactor* JobService::DeleteSolveJob(grpc::CallbackServerContext
 }
 
 grpc::ServerWriteReactor<v1::SolveEvent>* JobService::WatchSolveJob(grpc::CallbackServerContext* context,
-                                                                  const v1::WatchSolveJobRequest* request) {
+                                                                    const v1::WatchSolveJobRequest* request) {
   return JobWatchCall::Start(std::make_shared<JobWatchCall>(environment_, *context, *request));
 }
 

@@ -32,7 +32,7 @@ class JobService final : public v1::JobService::CallbackService {
                                            const v1::DeleteSolveJobRequest* request,
                                            v1::DeleteSolveJobResponse* response) override;
   grpc::ServerWriteReactor<v1::SolveEvent>* WatchSolveJob(grpc::CallbackServerContext* context,
-                                                        const v1::WatchSolveJobRequest* request) override;
+                                                          const v1::WatchSolveJobRequest* request) override;
   grpc::ServerWriteReactor<v1::TrajectoryPage>* ReadTrajectory(grpc::CallbackServerContext* context,
                                                                const v1::ReadTrajectoryRequest* request) override;
 

@@ -66,8 +66,8 @@ int main(int argc, char** argv) {
   dlcs::Register("example-4.1", dlcs::testing::ExampleFourOne());
   dlcs::Register("four-variables-easy", dlcs::testing::FourVariableEasy());
   dlcs::Register("four-variables-hard", dlcs::testing::FourVariableHard());
-  for (const char* name : {"abb_circuit_a", "abb_circuit_c", "diode_bridge", "diode_bridge_cap", "friction_oscillator",
-                           "relay_sliding"}) {
+  for (const char* name :
+       {"abb_circuit_a", "abb_circuit_c", "diode_bridge", "diode_bridge_cap", "friction_oscillator", "relay_sliding"}) {
     dlcs::Register(name, dlcs::testing::LoadCase(name).problem);
   }
   benchmark::Initialize(&argc, argv);

@@ -32,9 +32,7 @@ using client::Client;
 using client::SolveResult;
 using Clock = std::chrono::steady_clock;
 
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
+double SecondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 struct Case {
   std::string name;
@@ -92,8 +90,7 @@ void SolveThroughBackend(benchmark::State& state, const Case& the_case, client::
   for (auto _ : state) {
     const absl::StatusOr<SolveResult> result = backend.Solve(request, {}, {});
     const std::string wrong = WhatIsWrong(result, expected->times.size());
-    if (wrong.empty() && result->x.back() == expected->x(expected->x.rows() - 1, expected->x.cols() - 1))
-      continue;
+    if (wrong.empty() && result->x.back() == expected->x(expected->x.rows() - 1, expected->x.cols() - 1)) continue;
     return state.SkipWithError(wrong.empty() ? "other bits than the engine's" : wrong.c_str());
   }
 }
@@ -103,8 +100,7 @@ class BareService final : public v1::SolverService::CallbackService {
  public:
   std::vector<v1::SolveEvent> events;
 
-  grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext*,
-                                                  const v1::SolveRequest*) override {
+  grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext*, const v1::SolveRequest*) override {
     class Reactor final : public grpc::ServerWriteReactor<v1::SolveEvent> {
      public:
       explicit Reactor(const std::vector<v1::SolveEvent>& sent) : events_(sent) { OnWriteDone(true); }
@@ -132,9 +128,8 @@ struct Stream {
 std::vector<Stream> Streams() {
   Case chatty = MakeCase("", Method::kLaplaceIteration, 4'000, 1);
   chatty.options.window_steps = 1;
-  return {
-      {"trajectory", MakeCase("", Method::kExponentialIntegrator, 1'000'000, 0), &v1::SolveEvent::has_trajectory},
-      {"iterates", std::move(chatty), &v1::SolveEvent::has_iterate}};
+  return {{"trajectory", MakeCase("", Method::kExponentialIntegrator, 1'000'000, 0), &v1::SolveEvent::has_trajectory},
+          {"iterates", std::move(chatty), &v1::SolveEvent::has_iterate}};
 }
 
 // Calls `backend`, and counts messages and bytes from the first counted event to the end.
@@ -166,8 +161,7 @@ void ReadStream(benchmark::State& state, const Stream& stream, client::Backend& 
   state.counters["missed"] = missed;
 }
 
-void Register(const std::string& name, bool quick, std::function<void(benchmark::State&)> run,
-              bool manual = false) {
+void Register(const std::string& name, bool quick, std::function<void(benchmark::State&)> run, bool manual = false) {
   benchmark::internal::Benchmark* const bench = benchmark::RegisterBenchmark(name.c_str(), std::move(run));
   bench->Unit(benchmark::kMillisecond)
       ->MinTime(quick ? 0.05 : 0.2)
@@ -193,8 +187,7 @@ int Main(int argc, char** argv) {
   for (const Case& the_case : cases) {
     const std::string name = "overhead/" + the_case.name + "/";
     Register(name + "engine", quick, [&](benchmark::State& state) { SolveInEngine(state, the_case); });
-    Register(name + "local", quick,
-             [&](benchmark::State& state) { SolveThroughBackend(state, the_case, local); });
+    Register(name + "local", quick, [&](benchmark::State& state) { SolveThroughBackend(state, the_case, local); });
     Register(name + "service", quick,
              [&](benchmark::State& state) { SolveThroughBackend(state, the_case, *service_client); });
   }
@@ -208,9 +201,8 @@ int Main(int argc, char** argv) {
   const std::vector<Stream> streams = Streams();
   for (const Stream& stream : streams) {
     Bare& bare = *bares.emplace_back(std::make_unique<Bare>());
-    const auto recorded =
-        local.Solve(stream.the_case.Request(),
-                    [&](const v1::SolveEvent& event) { bare.service.events.push_back(event); }, {});
+    const auto recorded = local.Solve(stream.the_case.Request(),
+                                      [&](const v1::SolveEvent& event) { bare.service.events.push_back(event); }, {});
     if (!recorded.ok()) return 1;
     int port = 0;
     grpc::ServerBuilder builder;
@@ -222,11 +214,9 @@ int Main(int argc, char** argv) {
     Register(
         name + "engine", quick, [&](benchmark::State& state) { ReadStream(state, stream, local); }, true);
     Register(
-        name + "service", quick, [&](benchmark::State& state) { ReadStream(state, stream, *service_client); },
-        true);
+        name + "service", quick, [&](benchmark::State& state) { ReadStream(state, stream, *service_client); }, true);
     Register(
-        name + "bare", quick, [&](benchmark::State& state) { ReadStream(state, stream, *bare.client); },
-        true);
+        name + "bare", quick, [&](benchmark::State& state) { ReadStream(state, stream, *bare.client); }, true);
   }
   return RunAll(argc, argv, Order::kShuffled);
 }

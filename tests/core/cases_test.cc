@@ -2,13 +2,14 @@
 // Every case of tests/cases, by every method that serves its class, against references made by event-driven
 // integration. Errors are relative to the largest |x| (or |B y|) over the references of the case.
 
+#include "tests/support/cases.h"
+
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "core/linalg/norms.h"
 #include "core/solve.h"
-#include "tests/support/cases.h"
 #include "tests/support/solving.h"
 
 namespace dlcs {
@@ -108,21 +109,21 @@ TEST_P(CasesTest, AutomaticMethodGivesACertificate) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, CasesTest,
-                         ::testing::Values(Expectation{"rlcd", 2000000, 100000},           //
-                                           Expectation{"abb_circuit_a", 100000, 20000},    //
-                                           Expectation{"observer_lcs", 100000, 100000},    //
-                                           Expectation{"saturated_pd", 40000, 20000},      //
-                                           Expectation{"wall_permeable", 20000, 20000},    //
-                                           Expectation{"leontief_stock", 40000, 40000},    //
-                                           Expectation{"train_brakes", 100000, 100000},    //
-                                           Expectation{"formula_zoo", 40000, 40000},       //
-                                           Expectation{"z_least", 40000, 20000},           //
-                                           Expectation{"diode_bridge", 1000000, 0},        //
-                                           Expectation{"diode_bridge_cap", 1000000, 0},    //
-                                           Expectation{"abb_circuit_c", 100000, 0},        //
-                                           Expectation{"vickrey", 100000, 0},              //
-                                           Expectation{"american_put", 20000, 0},          //
-                                           Expectation{"relay_sliding", 100000, 0},        //
+                         ::testing::Values(Expectation{"rlcd", 2000000, 100000},         //
+                                           Expectation{"abb_circuit_a", 100000, 20000},  //
+                                           Expectation{"observer_lcs", 100000, 100000},  //
+                                           Expectation{"saturated_pd", 40000, 20000},    //
+                                           Expectation{"wall_permeable", 20000, 20000},  //
+                                           Expectation{"leontief_stock", 40000, 40000},  //
+                                           Expectation{"train_brakes", 100000, 100000},  //
+                                           Expectation{"formula_zoo", 40000, 40000},     //
+                                           Expectation{"z_least", 40000, 20000},         //
+                                           Expectation{"diode_bridge", 1000000, 0},      //
+                                           Expectation{"diode_bridge_cap", 1000000, 0},  //
+                                           Expectation{"abb_circuit_c", 100000, 0},      //
+                                           Expectation{"vickrey", 100000, 0},            //
+                                           Expectation{"american_put", 20000, 0},        //
+                                           Expectation{"relay_sliding", 100000, 0},      //
                                            Expectation{"friction_oscillator", 2000000, 0}),
                          [](const auto& the_case) { return std::string(the_case.param.name); });
 

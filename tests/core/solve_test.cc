@@ -202,8 +202,8 @@ TEST(SolveTest, ReturnsJustTheOutputTimes) {
 TEST(SolveTest, EveryMethodStopsAtOnceWhenAsked) {
   std::stop_source source;
   source.request_stop();
-  for (const Method method : {Method::kLaplaceIteration, Method::kWuChenIteration, Method::kExponentialIntegrator,
-                              Method::kTimeStepping}) {
+  for (const Method method :
+       {Method::kLaplaceIteration, Method::kWuChenIteration, Method::kExponentialIntegrator, Method::kTimeStepping}) {
     Options options;
     options.method = method;
     Observer silent;

@@ -34,9 +34,7 @@ Vector SwingState(double t) {
 }
 double SwingForce(double t) { return t > kContact && t < kRelease ? -std::cos(t) : 0; }
 
-Problem ThreeContacts() {
-  return testing::IndexOneProblem(testing::ThreeContacts(), testing::ThreeContactsStart(), 6);
-}
+Problem ThreeContacts() { return testing::IndexOneProblem(testing::ThreeContacts(), testing::ThreeContactsStart(), 6); }
 
 Solution March(const Problem& problem, Index steps, Method method = Method::kTimeStepping) {
   Options options;
@@ -46,10 +44,12 @@ Solution March(const Problem& problem, Index steps, Method method = Method::kTim
 }
 
 using TestFunction = std::function<double(double)>;
-const std::vector<TestFunction> kTestFunctions = {
-    [](double) { return 1.0; },         [](double t) { return t * t; },
-    [](double t) { return std::cos(3 * t); }, [](double t) { return std::sin(20 * t); },
-    [](double t) { return t > 1.3 && t < 4.1 ? 1.0 : 0.0; }, [](double t) { return std::pow(std::abs(t - 4), -0.3); }};
+const std::vector<TestFunction> kTestFunctions = {[](double) { return 1.0; },
+                                                  [](double t) { return t * t; },
+                                                  [](double t) { return std::cos(3 * t); },
+                                                  [](double t) { return std::sin(20 * t); },
+                                                  [](double t) { return t > 1.3 && t < 4.1 ? 1.0 : 0.0; },
+                                                  [](double t) { return std::pow(std::abs(t - 4), -0.3); }};
 
 // ∫ y_i φ dt by the midpoint rule on `cells` cells, columns are the test functions.
 Matrix WeakIntegrals(Index size, double horizon, int cells, const std::function<Vector(double)>& y) {
@@ -148,8 +148,8 @@ TEST(WeakSolutionTest, AgreesWithAnotherSchemeInTheLimit) {
     const auto y_of = [](Interpolant& interpolant) {
       return [&](double t) { return interpolant.Limit(t, Side::kLeft).y; };
     };
-    const double difference_y = MaxAbs(WeakIntegrals(3, problem.horizon, 9600, y_of(*a)) -
-                                       WeakIntegrals(3, problem.horizon, 9600, y_of(*b)));
+    const double difference_y =
+        MaxAbs(WeakIntegrals(3, problem.horizon, 9600, y_of(*a)) - WeakIntegrals(3, problem.horizon, 9600, y_of(*b)));
     if (last_x > 0) {
       EXPECT_LT(difference_x, last_x / 3) << steps;
       EXPECT_LT(difference_y, last_y / 3) << steps;

@@ -96,8 +96,7 @@ void TryMetadata(const std::vector<std::pair<std::string, std::string>>& metadat
 }
 
 std::unique_ptr<Message> NewMessage(const google::protobuf::Descriptor& type) {
-  return std::unique_ptr<Message>(
-      google::protobuf::MessageFactory::generated_factory()->GetPrototype(&type)->New());
+  return std::unique_ptr<Message>(google::protobuf::MessageFactory::generated_factory()->GetPrototype(&type)->New());
 }
 
 void TryJson(const RpcFormat& format, const google::protobuf::Descriptor& type, const std::string& json) {

@@ -104,8 +104,8 @@ void TryRead(jobs::JobStore& store, const JobId& id, const v1::ReadTrajectoryReq
 // Times come back as the instants they name, as far as they are in the range of timestamps.
 void TryTime(const google::protobuf::Timestamp& time) {
   const jobs::Time read = FromProto(time);
-  const bool in_range = time.seconds() >= 0 && time.seconds() < 253'402'300'800 && time.nanos() >= 0 &&
-                        time.nanos() < 1'000'000'000;
+  const bool in_range =
+      time.seconds() >= 0 && time.seconds() < 253'402'300'800 && time.nanos() >= 0 && time.nanos() < 1'000'000'000;
   if (in_range) Require(ToProto(read).seconds() == time.seconds(), "a time is kept to the microsecond");
 }
 

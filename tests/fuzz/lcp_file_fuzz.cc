@@ -2,7 +2,6 @@
 // Files with one LCP, one DCP or a model, as `dlcs lcp`, `dlcs dcp` and `dlcs model` read them. What is read is solved
 // where it is tiny.
 #include "client/files/lcp_file.h"
-
 #include "client/files/problem_file.h"
 #include "client/local/model.h"
 #include "server/session/call_session.h"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Matrix Market files.
-#include "client/files/matrix_market.h"
-
 #include "client/files/matrix_json.h"
+#include "client/files/matrix_market.h"
 #include "server/wire/convert.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_limits.h"

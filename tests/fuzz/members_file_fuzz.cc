@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files with the members of an ensemble, JSON or a table, for a problem of two states and a pair.
 #include "client/files/members_file.h"
-
 #include "server/session/ensemble_session.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_limits.h"

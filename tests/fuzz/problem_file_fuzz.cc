@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Problem files, linear and nonlinear, as `dlcs solve` reads them, and what the engine's checks then make of them.
 #include "client/files/problem_file.h"
-
 #include "server/session/solve_session.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_limits.h"

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stored states as bytes, with values of every kind in them: as they are, and with the checksum that they lack, so that
 // what is behind it is tried too.
-#include "core/discretization/state_archive.h"
-
 #include <algorithm>
 #include <cstring>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/discretization/state_archive.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace dlcs::fuzz {

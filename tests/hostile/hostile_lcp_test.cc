@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // LCPs in any units against all their solutions in integers.
-#include "core/lcp/lcp.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <string>
 
 #include "core/lcp/batch.h"
+#include "core/lcp/lcp.h"
 #include "core/lcp/structured/sparse_solver.h"
 #include "core/linalg/norms.h"
 #include "core/parallel/parallel.h"

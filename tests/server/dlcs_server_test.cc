@@ -32,8 +32,7 @@ using DlcsServerTest = testing::ServiceTest;
 using grpc::health::v1::HealthCheckRequest;
 using grpc::health::v1::HealthCheckResponse;
 
-HealthCheckResponse::ServingStatus Health(const std::shared_ptr<grpc::Channel>& channel,
-                                          const std::string& service) {
+HealthCheckResponse::ServingStatus Health(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
   const auto stub = grpc::health::v1::Health::NewStub(channel);
   grpc::ClientContext context;
   testing::SetDeadline(context, seconds(10));
@@ -61,8 +60,7 @@ TEST_F(DlcsServerTest, RefusesNewCallsWhileItDrains) {
   grpc::ClientContext context;
   testing::SetDeadline(context, seconds(10));
   v1::SolveLcpResponse response;
-  EXPECT_EQ(stub_->SolveLcp(&context, v1::SolveLcpRequest(), &response).error_code(),
-            grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(stub_->SolveLcp(&context, v1::SolveLcpRequest(), &response).error_code(), grpc::StatusCode::UNAVAILABLE);
 }
 
 TEST_F(DlcsServerTest, StopLetsRunningSolvesTellTheirSummary) {
@@ -97,8 +95,8 @@ TEST_F(DlcsServerTest, StopDoesNotWaitForAClientThatDoesNotRead) {
 // Messages of the reflection protocol, from the descriptors that gRPC's plug-in has in it (Debian ships no
 // header).
 std::unique_ptr<google::protobuf::Message> ReflectionMessage(const std::string& name) {
-  const auto* descriptor = google::protobuf::DescriptorPool::generated_pool()->FindMessageTypeByName(
-      "grpc.reflection.v1alpha." + name);
+  const auto* descriptor =
+      google::protobuf::DescriptorPool::generated_pool()->FindMessageTypeByName("grpc.reflection.v1alpha." + name);
   return std::unique_ptr<google::protobuf::Message>(
       google::protobuf::MessageFactory::generated_factory()->GetPrototype(descriptor)->New());
 }
@@ -127,8 +125,7 @@ TEST_F(DlcsServerTest, ReflectionDescribesEveryServiceWhereItIsAskedFor) {
   EXPECT_THAT(services, HasSubstr("name: \"dlcs.v1.SolverService\""));
   EXPECT_THAT(services, HasSubstr("name: \"grpc.health.v1.Health\""));
   EXPECT_THAT(ask("file_containing_symbol: 'dlcs.v1.SolverService'"), HasSubstr("dlcs/v1/solver.proto"));
-  EXPECT_THAT(ask("file_containing_symbol: 'grpc.health.v1.Health'"),
-              HasSubstr("grpc/health/v1/health.proto"));
+  EXPECT_THAT(ask("file_containing_symbol: 'grpc.health.v1.Health'"), HasSubstr("grpc/health/v1/health.proto"));
   stream->WritesDone();
   EXPECT_TRUE(stream->Finish().ok());
 }

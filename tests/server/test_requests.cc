@@ -92,9 +92,8 @@ std::string WhatIsWrongWithOrder(const std::vector<v1::SolveEvent>& events) {
 }
 
 int Count(const std::vector<v1::SolveEvent>& events, v1::SolveEvent::KindCase kind) {
-  return static_cast<int>(std::count_if(events.begin(), events.end(), [kind](const v1::SolveEvent& event) {
-    return event.kind_case() == kind;
-  }));
+  return static_cast<int>(std::count_if(events.begin(), events.end(),
+                                        [kind](const v1::SolveEvent& event) { return event.kind_case() == kind; }));
 }
 
 }  // namespace dlcs::testing

@@ -31,9 +31,7 @@ DcpProblem ExampleTenDcp(double horizon) {
   return {Matrix{{1, 3, 0}, {0, 1, 3}, {3, 0, 1}}, Line(Vector::Constant(3, -horizon), horizon)};
 }
 
-PiecewiseLinearPath ExampleTenEvenSolution(double horizon) {
-  return Line(Vector::Constant(3, horizon / 4), horizon);
-}
+PiecewiseLinearPath ExampleTenEvenSolution(double horizon) { return Line(Vector::Constant(3, horizon / 4), horizon); }
 
 PiecewiseLinearPath ExampleTenSwitchingSolution(double a, double horizon) {
   PiecewiseLinearPath path{{0}, Matrix::Zero(3, 1)};
@@ -43,8 +41,7 @@ PiecewiseLinearPath ExampleTenSwitchingSolution(double a, double horizon) {
     path.values.rightCols(1) = v;
   };
   int phase = static_cast<int>(std::floor(std::log2(kHead * horizon / a)));
-  for (; std::ldexp(a, phase) < horizon; ++phase)
-    append(std::ldexp(a, phase), AtSwitch(std::ldexp(a, phase), phase));
+  for (; std::ldexp(a, phase) < horizon; ++phase) append(std::ldexp(a, phase), AtSwitch(std::ldexp(a, phase), phase));
   Vector end = path.values.rightCols(1);
   end[ActiveIn(phase - 1)] += horizon - path.times.back();
   append(horizon, end);

@@ -9,8 +9,7 @@ namespace dlcs::testing {
 namespace {
 
 // Entry (col, row) of the adjugate of the submatrix of rows and columns `members`.
-Integer Cofactor(const IntegerMatrix& a, const std::vector<Index>& members, std::size_t row,
-                 std::size_t col) {
+Integer Cofactor(const IntegerMatrix& a, const std::vector<Index>& members, std::size_t row, std::size_t col) {
   std::vector<Index> rows = members, cols = members;
   rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(row));
   cols.erase(cols.begin() + static_cast<std::ptrdiff_t>(col));
@@ -59,8 +58,7 @@ bool VertexViolates(const IntegerMatrix& a, const std::vector<Index>& S, const s
 
 int Sign(Integer value) { return (value > 0) - (value < 0); }
 
-Integer ExactDeterminant(const IntegerMatrix& a, const std::vector<Index>& rows,
-                         const std::vector<Index>& cols) {
+Integer ExactDeterminant(const IntegerMatrix& a, const std::vector<Index>& rows, const std::vector<Index>& cols) {
   const unsigned all = (1u << cols.size()) - 1;
   std::vector<Integer> minor(all + 1, 0);
   minor[0] = 1;
@@ -165,8 +163,7 @@ IntegerMatrix DoubledSymmetricPart(const IntegerMatrix& a) {
 Matrix AsDoubles(const IntegerMatrix& a, int exponent) {
   const auto n = static_cast<Index>(a.size());
   return Matrix::NullaryExpr(n, n, [&](Index i, Index j) {
-    return std::ldexp(static_cast<double>(a[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]),
-                      exponent);
+    return std::ldexp(static_cast<double>(a[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]), exponent);
   });
 }
 

@@ -22,8 +22,7 @@ std::vector<Index> Members(unsigned set);
 
 // det of the given rows and columns by expansion along the rows, over all sets of columns: no division, no
 // pivoting.
-Integer ExactDeterminant(const IntegerMatrix& a, const std::vector<Index>& rows,
-                         const std::vector<Index>& cols);
+Integer ExactDeterminant(const IntegerMatrix& a, const std::vector<Index>& rows, const std::vector<Index>& cols);
 
 // The signs of the principal minors, as section 1 of [Chen & Xiang] wants them.
 struct MinorTruth {

@@ -8,8 +8,7 @@ namespace dlcs::testing {
 namespace {
 
 // argmin { Σ y_i : 0 <= y <= y_upper, lower <= M y <= upper }.
-std::optional<Vector> MinimizeSum(const Matrix& M, const Vector& y_upper, const Vector& lower,
-                                  const Vector& upper) {
+std::optional<Vector> MinimizeSum(const Matrix& M, const Vector& y_upper, const Vector& lower, const Vector& upper) {
   LinearProgram program = MakeLinearProgram(M.rows(), M.cols());
   program.cost.setOnes();
   program.rows = M;

@@ -19,9 +19,7 @@ class LcpGenerator {
   explicit LcpGenerator(std::uint64_t seed) : engine_(seed) {}
 
   double Normal() { return std::normal_distribution<double>()(engine_); }
-  double Uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine_);
-  }
+  double Uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
   Index Integer(Index low, Index high) { return std::uniform_int_distribution<Index>(low, high)(engine_); }
 
   Matrix Gaussian(Index rows, Index columns);

@@ -19,8 +19,8 @@ Problem FourVariable(std::vector<std::string> g) {
   problem.N.MutableDense() << 0, 0, -1, -2, -2, 1.5, -0.5, -1, -0.5, 1, 2.5, 1.5;
   problem.M.MutableDense().resize(4, 4);
   problem.M.MutableDense() << 2.0 / 3, -1, -1.0 / 3, -5.0 / 3,  //
-      -2.0 / 3, 1.0 / 3, -2.0 / 3, -4.0 / 3,     //
-      -2.0 / 3, -1.0 / 30, 0, -5.0 / 3,          //
+      -2.0 / 3, 1.0 / 3, -2.0 / 3, -4.0 / 3,                    //
+      -2.0 / 3, -1.0 / 30, 0, -5.0 / 3,                         //
       -1, 0, -5.0 / 3, 1.0 / 3;
   problem.f = TimeFunction::Formulas({"sqrt(abs(1-cos(t**2)))", "3*cos(3*pi*t)", "sqrt(abs(1-cos(3*t**2)))"});
   problem.g = TimeFunction::Formulas(std::move(g));
@@ -49,8 +49,8 @@ Problem ExampleFourOne() {
 }
 
 Vector ExampleFourOneExact(double t) {
-  return Vector{{(4.8 * std::sin(10 * t) - 12 * std::cos(10 * t)) / 116 + 3.0 / 29 * std::exp(-4 * t),
-                 std::exp(-2 * t)}};
+  return Vector{
+      {(4.8 * std::sin(10 * t) - 12 * std::cos(10 * t)) / 116 + 3.0 / 29 * std::exp(-4 * t), std::exp(-2 * t)}};
 }
 
 Problem FourVariableHard() {

@@ -40,8 +40,7 @@ struct Memory {
   std::vector<Matrix> F;
 };
 
-Memory MakeMemory(const IndexOneSystem& system, const Vector& x0, double h, Index steps,
-                  const std::stop_token& stop) {
+Memory MakeMemory(const IndexOneSystem& system, const Vector& x0, double h, Index steps, const std::stop_token& stop) {
   const PhiFunctions phi = ComputePhiFunctions(h * system.A);
   Memory memory{.CB = system.C * system.B, .q = Matrix(system.C.rows(), steps + 1), .F = {}};
   memory.F.reserve(steps);
@@ -84,9 +83,9 @@ absl::StatusOr<RestrictedDcpSolution> SolveRestrictedDcp(const IndexOneSystem& s
     const double sizes = MaxAbs(path.col(j)) + InfinityNorm(memory.CB) * MaxAbs(v.col(j - 1));
     const LcpStatus verdict = solver->Solve(q, Vector::Constant(n, 1e-15 * sizes), basis, z);
     if (verdict != LcpStatus::kSolved) {
-      solution.message = absl::StrCat("The LCP of the increment to t = ", h * static_cast<double>(j), " is ",
-                                      LcpStatusName(verdict),
-                                      "; CB must be strictly semicopositive and the step short (Theorem 7).");
+      solution.message =
+          absl::StrCat("The LCP of the increment to t = ", h * static_cast<double>(j), " is ", LcpStatusName(verdict),
+                       "; CB must be strictly semicopositive and the step short (Theorem 7).");
       v.conservativeResize(n, j);
       return solution;
     }

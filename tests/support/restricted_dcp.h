@@ -20,7 +20,7 @@ struct RestrictedDcpSolution {
   bool solved = false;  // v reaches t̂
   std::string message;  // why not, and when
   PiecewiseLinearPath v;
-  DcpProblem dcp;  // CB and the path q + Φ(·, v') at the nodes of v, that v belongs to
+  DcpProblem dcp;              // CB and the path q + Φ(·, v') at the nodes of v, that v belongs to
   DcpCertificate certificate;  // of v for `dcp`, between the nodes too; it falls like the step
 };
 

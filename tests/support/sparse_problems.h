@@ -9,10 +9,10 @@
 namespace dlcs::testing {
 
 struct GridShape {
-  Index side = 10;        // inner points in each direction of the unit square, or cube
+  Index side = 10;  // inner points in each direction of the unit square, or cube
   int dimensions = 2;
   Index constraints = 5;
-  double speed = 0;       // of the flow along the diagonal
+  double speed = 0;  // of the flow along the diagonal
   double diffusion = 0.05;
 };
 

@@ -27,7 +27,7 @@ ExitCode List(const Contexts& contexts) {
 
 // So that the context means the same from every folder.
 ServerTarget WithAbsolutePaths(ServerTarget target) {
-  for (std::string ServerTarget::* path :
+  for (std::string ServerTarget::*path :
        {&ServerTarget::tls_ca, &ServerTarget::tls_cert, &ServerTarget::tls_key, &ServerTarget::token_file}) {
     if (!(target.*path).empty()) target.*path = std::filesystem::absolute(target.*path).lexically_normal().string();
   }

@@ -96,8 +96,7 @@ Fact TestInteriorPoint(const Matrix& M, const Vector& q) {
   if (solution.verdict == LinearProgramVerdict::kInfeasible) {
     return {Answer::kNo, "no v >= 0 has q + M v >= 0, not even nearly"};
   }
-  if (solution.verdict != LinearProgramVerdict::kOptimal)
-    return {Answer::kUnknown, "the linear program failed"};
+  if (solution.verdict != LinearProgramVerdict::kOptimal) return {Answer::kUnknown, "the linear program failed"};
   const Vector v = size * solution.z.head(n);
   const double margin = std::min(v.minCoeff(), (q + M * v).minCoeff());
   constexpr double kTolerance = 1e-8;  // CLP's, with room to spare

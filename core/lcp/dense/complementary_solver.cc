@@ -25,7 +25,7 @@ ComplementarySolver::ComplementarySolver(const Matrix& M, Known known)
       point_(lcp_, known == Known::kMMatrix ? Elimination::kMMatrix : Elimination::kPivoting) {}
 
 LcpStatus ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                                      Basis& basis, Eigen::Ref<Vector> y) {
+                                     Basis& basis, Eigen::Ref<Vector> y) {
   pivots_ = 0;
   message_.clear();
   method_ = "principal pivoting";
@@ -98,9 +98,9 @@ LcpStatus ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
 }
 
 LcpStatus ComplementarySolver::SolvePreferring(const std::function<bool(const Basis&)>& preferred,
-                                                const Eigen::Ref<const Vector>& q,
-                                                const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                                                Eigen::Ref<Vector> y) {
+                                               const Eigen::Ref<const Vector>& q,
+                                               const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+                                               Eigen::Ref<Vector> y) {
   std::fill(basis.begin(), basis.end(), std::uint8_t{0});
   const LcpStatus verdict = Solve(q, tolerance, basis, y);
   if (verdict != LcpStatus::kSolved || preferred(basis) || lcp_.size() > kMaxEnumerationSize) return verdict;

@@ -20,9 +20,8 @@ CoupledLeastElementSolver::CoupledLeastElementSolver(const Matrix& M, const Matr
 CoupledLeastElementSolver::CoupledLeastElementSolver(const CoupledLeastElementSolver& other)
     : CoupledLeastElementSolver(other.M_, other.K_) {}
 
-LcpStatus CoupledLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
-                                            const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                                            Eigen::Ref<Vector> y) {
+LcpStatus CoupledLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                                           Basis& basis, Eigen::Ref<Vector> y) {
   kept_selection_ = true;
   account_.pivots = 0;
   account_.method = "Newton on the least element";
@@ -42,9 +41,8 @@ bool CoupledLeastElementSolver::TryBasis(const Basis& basis, Eigen::Ref<Vector> 
   return true;
 }
 
-bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q,
-                                       const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                                       Eigen::Ref<Vector> y) {
+bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                                       Basis& basis, Eigen::Ref<Vector> y) {
   constexpr int kMaxRounds = 20;
   for (int round = 0; round < kMaxRounds; ++round) {
     newton_y_.setZero();
@@ -68,8 +66,8 @@ bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q,
 }
 
 LcpStatus CoupledLeastElementSolver::Fallback(const Eigen::Ref<const Vector>& q,
-                                               const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                                               Eigen::Ref<Vector> y) {
+                                              const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+                                              Eigen::Ref<Vector> y) {
   if (coupled_least_ != nullptr) {
     std::fill(basis.begin(), basis.end(), std::uint8_t{0});
     const LcpStatus verdict = coupled_least_->Solve(q, tolerance, basis, y);
@@ -78,8 +76,8 @@ LcpStatus CoupledLeastElementSolver::Fallback(const Eigen::Ref<const Vector>& q,
       return verdict;
     }
   }
-  const LcpStatus verdict = any_.SolvePreferring(
-      [this](const Basis& candidate) { return IsLeast(candidate); }, q, tolerance, basis, y);
+  const LcpStatus verdict =
+      any_.SolvePreferring([this](const Basis& candidate) { return IsLeast(candidate); }, q, tolerance, basis, y);
   account_ = any_.Account();
   kept_selection_ = verdict != LcpStatus::kSolved || IsLeast(basis);
   return verdict;

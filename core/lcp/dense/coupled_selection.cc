@@ -24,9 +24,8 @@ std::unique_ptr<LcpSolver> CoupledSelectionSolver::Clone() const {
   return std::make_unique<CoupledSelectionSolver>(M_, K_, selection_->Clone(), fallback_->Clone());
 }
 
-LcpStatus CoupledSelectionSolver::Solve(const Eigen::Ref<const Vector>& q,
-                                         const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                                         Eigen::Ref<Vector> y) {
+LcpStatus CoupledSelectionSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                                        Basis& basis, Eigen::Ref<Vector> y) {
   kept_selection_ = true;
   account_ = {.pivots = 0, .method = "Newton on the selected solution", .message = ""};
   if (!coupled_.Load(q, tolerance)) {

@@ -33,7 +33,7 @@ class HiddenLeastElementSolver final : public LcpSolver {
   HiddenLeastElementSolver(const Matrix& M, const Matrix& X);
 
   LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                   Eigen::Ref<Vector> y) override;
+                  Eigen::Ref<Vector> y) override;
   LcpStats Account() const override { return account_; }
   std::unique_ptr<LcpSolver> Clone() const override { return std::make_unique<HiddenLeastElementSolver>(*this); }
 

@@ -9,18 +9,13 @@
 namespace dlcs {
 
 LeastElementSolver::LeastElementSolver(const Matrix& M)
-    : lcp_(M),
-      point_(lcp_, Elimination::kMMatrix),
-      ordered_(lcp_.M()),
-      excluded_(M.rows(), 0),
-      multiplier_(M.rows()) {
+    : lcp_(M), point_(lcp_, Elimination::kMMatrix), ordered_(lcp_.M()), excluded_(M.rows(), 0), multiplier_(M.rows()) {
   order_.reserve(M.rows());
   added_.reserve(M.rows());
 }
 
-LcpStatus LeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
-                                     const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                                     Eigen::Ref<Vector> y) {
+LcpStatus LeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                                    Basis& basis, Eigen::Ref<Vector> y) {
   pivots_ = 0;
   refused_ = -1;
   y.setZero();
@@ -114,8 +109,6 @@ LcpStats LeastElementSolver::Account() const {
   return account;
 }
 
-std::unique_ptr<LcpSolver> LeastElementSolver::Clone() const {
-  return std::make_unique<LeastElementSolver>(*this);
-}
+std::unique_ptr<LcpSolver> LeastElementSolver::Clone() const { return std::make_unique<LeastElementSolver>(*this); }
 
 }  // namespace dlcs

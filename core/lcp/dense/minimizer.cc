@@ -55,7 +55,7 @@ MinimizerSolver::MinimizerSolver(const Matrix& M, const Selector& selector) : M_
 }
 
 LcpStatus MinimizerSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                                  Basis& basis, Eigen::Ref<Vector> y) {
+                                 Basis& basis, Eigen::Ref<Vector> y) {
   only_choice_ = true;
   Vector solution = Vector::Zero(q.size());
   const LcpStatus verdict =
@@ -91,8 +91,8 @@ LcpStatus MinimizerSolver::MinimizeByEnumeration(const Vector& q, const Vector& 
   Contest contest(selector_);
   for (const BasicSolution& solution : all.solutions) contest.Offer(solution.y, true);
   for (const SolutionFace& face : all.faces) {
-    const NearestPoint nearest = FindNearestPoint(SolutionFaceOf(M_, q, face.basis),
-                                                  {selector_.C(Eigen::all, face.basis), selector_.b});
+    const NearestPoint nearest =
+        FindNearestPoint(SolutionFaceOf(M_, q, face.basis), {selector_.C(Eigen::all, face.basis), selector_.b});
     if (nearest.answer != Feasibility::kFeasible) continue;
     Vector point = Vector::Zero(q.size());
     point(face.basis) = nearest.v;

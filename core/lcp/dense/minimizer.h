@@ -23,7 +23,7 @@ class MinimizerSolver final : public LcpSolver {
   MinimizerSolver(const Matrix& M, const Selector& selector);
 
   LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                   Eigen::Ref<Vector> y) override;
+                  Eigen::Ref<Vector> y) override;
   bool IsOnlyChoice() const override { return only_choice_; }
   LcpStats Account() const override { return account_; }
   std::unique_ptr<LcpSolver> Clone() const override { return std::make_unique<MinimizerSolver>(*this); }

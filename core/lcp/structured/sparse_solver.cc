@@ -94,7 +94,7 @@ SparseLcpSolver::SparseLcpSolver(SparseLcp lcp, Exchange exchange)
     : lcp_(std::move(lcp)), point_(lcp_.size()), exchange_(exchange), ordered_(lcp_.size()) {}
 
 LcpStatus SparseLcpSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                                  Basis& basis, Eigen::Ref<Vector> y) {
+                                 Basis& basis, Eigen::Ref<Vector> y) {
   // For an M-matrix, S may grow by a layer of neighbors a round: a thousand are a grid of that many points
   // across.
   constexpr int kMaxRounds = 1000;

@@ -59,8 +59,8 @@ class Growth {
     const Run left = LeftOf(j), right = RightOf(j);
     const bool has_left = left.last >= left.first, has_right = right.last >= right.first;
     const double above_left = has_left ? M_.above[j - 1] : 0, below_right = has_right ? M_.below[j + 1] : 0;
-    const double s = M_.diagonal[j] - M_.below[j] * left.last_last * above_left -
-                     M_.above[j] * right.first_first * below_right;
+    const double s =
+        M_.diagonal[j] - M_.below[j] * left.last_last * above_left - M_.above[j] * right.first_first * below_right;
     const double y = -(q_[j] + M_.below[j] * left.y_last + M_.above[j] * right.y_first) / s;
     const double to_first = has_left ? -left.first_last * above_left : 1;
     const double to_last = has_right ? -right.last_first * below_right : 1;
@@ -92,8 +92,8 @@ class Growth {
 
 }  // namespace
 
-void GrowLeastBasis(const Tridiagonal& M, const Eigen::Ref<const Vector>& q,
-                    const Eigen::Ref<const Vector>& tolerance, Basis& basis, Index& pivots) {
+void GrowLeastBasis(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                    Basis& basis, Index& pivots) {
   std::fill(basis.begin(), basis.end(), std::uint8_t{0});
   pivots += Growth(M, q, tolerance, basis).Grow();
 }
@@ -150,7 +150,7 @@ TridiagonalSolver::TridiagonalSolver(std::shared_ptr<const Tridiagonal> M, MakeG
     : M_(std::move(M)), iteration_(M_->size()), make_general_(std::move(make_general)) {}
 
 LcpStatus TridiagonalSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                                    Basis& basis, Eigen::Ref<Vector> y) {
+                                   Basis& basis, Eigen::Ref<Vector> y) {
   account_.pivots = 0;
   account_.method = "policy iteration";
   account_.message.clear();

@@ -53,7 +53,7 @@ class CompletionTest : public ::testing::TestWithParam<const char*> {
     char text[4096];
     while (std::fgets(text, sizeof text, out) != nullptr) {
       std::string word = text;
-      word = word.substr(0, word.find_first_of("\t\n"));  // fish adds descriptions
+      word = word.substr(0, word.find_first_of("\t\n"));              // fish adds descriptions
       const bool offered = shell != "zsh" || word.starts_with(last);  // zsh itself leaves out the others
       if (!word.empty() && offered) words.push_back(word);
     }

@@ -16,8 +16,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 TEST(LcpFileTest, ReadsMatrixVectorAndRule) {
-  const auto request =
-      ParseLcp(R"({"M": [[2, 1], [0, 1]], "q": [-1, 3], "rule": "least-element"})", "l.json");
+  const auto request = ParseLcp(R"({"M": [[2, 1], [0, 1]], "q": [-1, 3], "rule": "least-element"})", "l.json");
   ASSERT_TRUE(request.ok()) << request.status();
   EXPECT_THAT(request->m().dense().values(), ElementsAre(2, 1, 0, 1));
   EXPECT_THAT(request->q(), ElementsAre(-1, 3));
@@ -31,16 +30,15 @@ TEST(LcpFileTest, RefusesTheKeysOfOtherFiles) {
 }
 
 TEST(LcpFileTest, ReadsTheSelectorOfAMinimizer) {
-  const auto request = ParseLcp(
-      R"({"M": [[0]], "q": [0], "rule": "minimizer", "selector": {"C": [[1]], "b": [2]}})", "l.json");
+  const auto request =
+      ParseLcp(R"({"M": [[0]], "q": [0], "rule": "minimizer", "selector": {"C": [[1]], "b": [2]}})", "l.json");
   ASSERT_TRUE(request.ok()) << request.status();
   EXPECT_EQ(request->rule(), v1::SOLUTION_RULE_MINIMIZER);
   EXPECT_THAT(request->selector().b(), ElementsAre(2));
 }
 
 TEST(DcpFileTest, ReadsMatrixAndPath) {
-  const auto request =
-      ParseDcp(R"({"M": [[2]], "q": {"times": [0, 1, 1], "values": [[0], [-1], [2]]}})", "d.json");
+  const auto request = ParseDcp(R"({"M": [[2]], "q": {"times": [0, 1, 1], "values": [[0], [-1], [2]]}})", "d.json");
   ASSERT_TRUE(request.ok()) << request.status();
   EXPECT_THAT(request->m().dense().values(), ElementsAre(2));
   EXPECT_THAT(request->q().times(), ElementsAre(0, 1, 1));
@@ -51,10 +49,9 @@ TEST(DcpFileTest, NamesWhatIsWrong) {
   EXPECT_THAT(std::string(ParseDcp(R"({"M": [[2]], "q": [1]})", "d.json").status().message()),
               HasSubstr("d.json: q is a list (of 1); must be an object"));
   EXPECT_THAT(
-      std::string(
-          ParseDcp(R"({"M": [[2]], "q": {"times": [0, 1], "values": [[1]], "at": 1}, "T": 1})", "d.json")
-              .status()
-              .message()),
+      std::string(ParseDcp(R"({"M": [[2]], "q": {"times": [0, 1], "values": [[1]], "at": 1}, "T": 1})", "d.json")
+                      .status()
+                      .message()),
       AllOf(HasSubstr("\"T\" is not a known key"), HasSubstr("at"), HasSubstr("q.values has 1 rows")));
 }
 

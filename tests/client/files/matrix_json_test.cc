@@ -23,8 +23,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 
-std::optional<v1::Matrix> Read(const std::string& text, std::string& error,
-                               const std::string& source = "p.json") {
+std::optional<v1::Matrix> Read(const std::string& text, std::string& error, const std::string& source = "p.json") {
   JsonReader reader(source);
   auto matrix = ReadAnyMatrix(nlohmann::json::parse(text), "A", reader);
   error = std::string(reader.status().message());
@@ -52,23 +51,21 @@ TEST(MatrixJsonTest, ReadsEntriesInBothForms) {
   const v1::Matrix entries = Sound(R"({"rows": 2, "columns": 3, "entries": [[0, 2, 1.5], [1, 0, -2]]})");
   EXPECT_THAT(EntriesOf(entries.sparse()), ElementsAre(Entry{0, 2, 1.5}, Entry{1, 0, -2}));
   EXPECT_EQ(entries.sparse().columns(), 3);
-  const v1::Matrix values = Sound(
-      R"({"rows": 2, "columns": 3, "row_indices": [0, 1], "column_indices": [2, 0], "values": [1.5, -2]})");
+  const v1::Matrix values =
+      Sound(R"({"rows": 2, "columns": 3, "row_indices": [0, 1], "column_indices": [2, 0], "values": [1.5, -2]})");
   EXPECT_TRUE(MessageDifferencer::Equals(entries, values));
 }
 
 TEST(MatrixJsonTest, FillsDiagonals) {
   const v1::Matrix square = Sound(R"({"rows": 3, "diagonals": {"0": 4, "1": -1, "-2": [7]}})");
-  EXPECT_THAT(EntriesOf(square.sparse()),
-              UnorderedElementsAre(Entry{0, 0, 4}, Entry{1, 1, 4}, Entry{2, 2, 4}, Entry{0, 1, -1},
-                                   Entry{1, 2, -1}, Entry{2, 0, 7}));
+  EXPECT_THAT(EntriesOf(square.sparse()), UnorderedElementsAre(Entry{0, 0, 4}, Entry{1, 1, 4}, Entry{2, 2, 4},
+                                                               Entry{0, 1, -1}, Entry{1, 2, -1}, Entry{2, 0, 7}));
   const v1::Matrix wide = Sound(R"({"rows": 2, "columns": 3, "diagonals": {"1": [5, 6]}})");
   EXPECT_THAT(EntriesOf(wide.sparse()), ElementsAre(Entry{0, 1, 5}, Entry{1, 2, 6}));
 }
 
 TEST(MatrixJsonTest, ReadsKroneckerSums) {
-  const v1::Matrix sum =
-      Sound(R"({"kronecker_sum": [[[1, 2], [3, 4]], {"rows": 3, "diagonals": {"0": -2}}]})");
+  const v1::Matrix sum = Sound(R"({"kronecker_sum": [[[1, 2], [3, 4]], {"rows": 3, "diagonals": {"0": -2}}]})");
   ASSERT_EQ(sum.kronecker_sum().factors_size(), 2);
   EXPECT_EQ(sum.kronecker_sum().factors(0).dense().rows(), 2);
   EXPECT_EQ(sum.kronecker_sum().factors(1).sparse().values_size(), 3);
@@ -79,8 +76,7 @@ TEST(MatrixJsonTest, NamesPlaceValueAndRule) {
       {"7", "A is a number (7); must be a list of rows, or an object with entries"},
       {"{}", "A is an object; must be a list of rows"},
       {R"({"entries": []})", "\"rows\" is missing"},
-      {R"({"rows": 0, "columns": 1, "entries": []})",
-       "A.rows is a number (0); must be a whole number from 1"},
+      {R"({"rows": 0, "columns": 1, "entries": []})", "A.rows is a number (0); must be a whole number from 1"},
       {R"({"rows": 2.5, "columns": 1, "entries": []})", "A.rows is a number (2.5); must be a whole"},
       {R"({"rows": 2, "columns": 2, "entries": [[0, 0]]})", "A.entries[0] is a list (of 2)"},
       {R"({"rows": 2, "columns": 2, "entries": [[0, 2, 1]]})",
@@ -99,8 +95,7 @@ TEST(MatrixJsonTest, NamesPlaceValueAndRule) {
       {R"({"kronecker_sum": []})", "A.kronecker_sum is an empty list"},
       {R"({"kronecker_sum": [[[1]], {"rows": 1}]})", "A.kronecker_sum[1] is an object"},
       {R"({"kronecker_sum": [{"kronecker_sum": [[[1]]]}]})", "name all factors in one list"},
-      {R"({"matrix_market": "nowhere.mtx"})",
-       "A.matrix_market cannot be read: nowhere.mtx: there is no such file"},
+      {R"({"matrix_market": "nowhere.mtx"})", "A.matrix_market cannot be read: nowhere.mtx: there is no such file"},
   };
   for (const auto& [text, rule] : cases) {
     std::string error;
@@ -136,9 +131,8 @@ TEST_F(MatrixFilesTest, AreFoundBesideTheProblem) {
 
 TEST_F(MatrixFilesTest, AreNamedWithTheirLineWhereTheyAreWrong) {
   Write("a.mtx", "%%MatrixMarket matrix coordinate real general\n2 2 1\n3 1 -1\n");
-  Write(
-      "p.json",
-      R"({"A": {"matrix_market": "a.mtx"}, "B": [[1], [0]], "N": [[1, 0]], "M": [[1]], "x0": [1, 2], "T": 1})");
+  Write("p.json",
+        R"({"A": {"matrix_market": "a.mtx"}, "B": [[1], [0]], "N": [[1, 0]], "M": [[1]], "x0": [1, 2], "T": 1})");
   const auto file = ReadProblemFile((folder_ / "p.json").string());
   ASSERT_FALSE(file.ok());
   EXPECT_THAT(std::string(file.status().message()), HasSubstr("a.mtx, line 3: 3, the row of an entry"));
@@ -157,14 +151,12 @@ TEST(ProblemJsonTest, KeepsStructureSourcesAndRule) {
   EXPECT_EQ(file->problem.f().pieces(1).start(), 0.5);
   const auto again = ParseProblem(ProblemJson(file->problem).dump(), "q.json");
   ASSERT_TRUE(again.ok()) << again.status();
-  EXPECT_TRUE(MessageDifferencer::Equals(again->problem, file->problem))
-      << ProblemJson(file->problem).dump(1);
+  EXPECT_TRUE(MessageDifferencer::Equals(again->problem, file->problem)) << ProblemJson(file->problem).dump(1);
 }
 
 TEST(ProblemJsonTest, LiftedSourcesHaveAComponentForEachColumn) {
   const std::string start = R"({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [0], "T": 1, "f": )";
-  const auto wrong =
-      ParseProblem(start + R"({"matrix": [[1, 2]], "of": {"times": [0], "values": [[1]]}}})", "p.json");
+  const auto wrong = ParseProblem(start + R"({"matrix": [[1, 2]], "of": {"times": [0], "values": [[1]]}}})", "p.json");
   ASSERT_FALSE(wrong.ok());
   EXPECT_THAT(std::string(wrong.status().message()), HasSubstr("f.of.values has rows of 1"));
   const auto missing = ParseProblem(start + R"({"matrix": [[1]]}})", "p.json");

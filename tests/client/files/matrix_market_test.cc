@@ -23,8 +23,7 @@ v1::Matrix Parsed(const std::string& text) {
 
 TEST(MatrixMarketTest, ReadsCoordinatesFromOne) {
   const v1::SparseMatrix sparse =
-      Parsed("%%MatrixMarket matrix coordinate real general\n% a comment\n%\n\n3 4 2\n1 4 2.5\n3 1 -1e-3\n")
-          .sparse();
+      Parsed("%%MatrixMarket matrix coordinate real general\n% a comment\n%\n\n3 4 2\n1 4 2.5\n3 1 -1e-3\n").sparse();
   EXPECT_EQ(sparse.rows(), 3);
   EXPECT_EQ(sparse.columns(), 4);
   EXPECT_THAT(sparse.row_indices(), ElementsAre(0, 2));
@@ -41,9 +40,8 @@ TEST(MatrixMarketTest, MirrorsTheTriangleOfASymmetricMatrix) {
 }
 
 TEST(MatrixMarketTest, ChangesTheSignInASkewMatrix) {
-  EXPECT_THAT(
-      Parsed("%%MatrixMarket matrix coordinate real skew-symmetric\n2 2 1\n2 1 3\n").sparse().values(),
-      ElementsAre(3, -3));
+  EXPECT_THAT(Parsed("%%MatrixMarket matrix coordinate real skew-symmetric\n2 2 1\n2 1 3\n").sparse().values(),
+              ElementsAre(3, -3));
   EXPECT_THAT(Parsed("%%MatrixMarket matrix array real skew-symmetric\n3 3\n1\n2\n3\n").dense().values(),
               ElementsAre(0, -1, -2, 1, 0, -3, 2, 3, 0));
 }
@@ -54,8 +52,7 @@ TEST(MatrixMarketTest, TakesAPatternAsOnes) {
 }
 
 TEST(MatrixMarketTest, ReadsAnArrayColumnByColumn) {
-  const v1::DenseMatrix dense =
-      Parsed("%%MatrixMarket matrix array real general\n2 3\n1\n2\n+3\n4\n5\n6").dense();
+  const v1::DenseMatrix dense = Parsed("%%MatrixMarket matrix array real general\n2 3\n1\n2\n+3\n4\n5\n6").dense();
   EXPECT_THAT(dense.values(), ElementsAre(1, 3, 5, 2, 4, 6));
   EXPECT_THAT(Parsed("%%MatrixMarket matrix array real symmetric\n2 2\n1\n2\n3\n").dense().values(),
               ElementsAre(1, 2, 2, 3));

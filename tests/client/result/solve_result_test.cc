@@ -51,8 +51,7 @@ class FakeServerTest : public ::testing::Test {
     return client_->Solve(request, on_event, limits);
   }
 
-  void SendChunk(std::int64_t first, std::vector<double> times, std::vector<double> x,
-                 std::vector<double> y) {
+  void SendChunk(std::int64_t first, std::vector<double> times, std::vector<double> x, std::vector<double> y) {
     v1::TrajectoryChunk& chunk = *service_.events.emplace_back().mutable_trajectory();
     chunk.set_first(first);
     chunk.mutable_times()->Add(times.begin(), times.end());

@@ -29,8 +29,8 @@ const Matrix kR{{1, 3, 0}, {0, 1, 3}, {3, 0, 1}};
 Problem ProblemOf(const IndexOneSystem& system, const Vector& x0) { return testing::IndexOneProblem(system, x0, 1); }
 
 const Finding& FindingOf(const AnalysisSection& section, const std::string& id) {
-  const auto found = std::find_if(section.findings.begin(), section.findings.end(),
-                                  [&](const Finding& f) { return f.id == id; });
+  const auto found =
+      std::find_if(section.findings.begin(), section.findings.end(), [&](const Finding& f) { return f.id == id; });
   if (found == section.findings.end()) ADD_FAILURE() << id;
   return found == section.findings.end() ? section.findings.front() : *found;
 }
@@ -44,8 +44,7 @@ IndexOneSystem RandomSystem(LcpGenerator& generator, Index m, Index n) {
 }
 
 Vector OnTheUnitCube(LcpGenerator& generator, Index n) {
-  Vector z =
-      Vector::NullaryExpr(n, [&] { return generator.Integer(0, 2) == 0 ? 0.0 : generator.Uniform(0, 1); });
+  Vector z = Vector::NullaryExpr(n, [&] { return generator.Integer(0, 2) == 0 ? 0.0 : generator.Uniform(0, 1); });
   z[generator.Integer(0, n - 1)] = 1;
   return z;
 }
@@ -160,8 +159,7 @@ TEST(IndexOneTest, TrajectoriesStayWithinTheShortTimeBounds) {
     const Matrix resolvent = (Matrix::Identity(3, 3) - h * system.A).inverse();
     Vector x = x0, v = Vector::Zero(2);
     for (int step = 0; step < 50; ++step) {
-      const auto lcp =
-          SolveLcp(h * system.C * resolvent * system.B, system.C * resolvent * x, SolutionRule::kAuto);
+      const auto lcp = SolveLcp(h * system.C * resolvent * system.B, system.C * resolvent * x, SolutionRule::kAuto);
       ASSERT_TRUE(lcp.ok());
       ASSERT_EQ(lcp->verdict, LcpStatus::kSolved);
       x = (resolvent * (x + h * system.B * lcp->y)).eval();
@@ -264,8 +262,7 @@ TEST(IndexOneSectionTest, KnowsCorollaryTwoAndWhereItEnds) {
   system.A = -3 * Matrix::Identity(4, 4);
   Problem problem = ProblemOf(system, Vector{{1, 0, 2, 5}});
   EXPECT_TRUE(FindingOf(IndexOneSection(problem), "scalar-a").fact.yes());
-  EXPECT_TRUE(
-      FindingOf(IndexOneSection(ProblemOf(system, Vector{{0, 0, 0, 5}})), "free-on-horizon").fact.yes());
+  EXPECT_TRUE(FindingOf(IndexOneSection(ProblemOf(system, Vector{{0, 0, 0, 5}})), "free-on-horizon").fact.yes());
   problem.g = TimeFunction::Constant(Vector{{0, 1, 0}});
   EXPECT_EQ(FindingOf(IndexOneSection(problem), "scalar-a").fact.answer, Answer::kUnknown);
   EXPECT_EQ(FindingOf(IndexOneSection(problem), "solution-exists").fact.answer, Answer::kUnknown);

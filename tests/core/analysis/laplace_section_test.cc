@@ -43,7 +43,9 @@ TEST(LaplaceSectionTest, PredictsNoFewerIterationsThanAreNeeded) {
   ASSERT_EQ(solution->termination, Termination::kReachedEnd);
   EXPECT_LE(static_cast<double>(solution->cost.iterations), *predicted + 2);
   for (const Constant& constant : section.constants) {
-    if (constant.value) { EXPECT_FALSE(std::isnan(*constant.value)) << constant.id; }
+    if (constant.value) {
+      EXPECT_FALSE(std::isnan(*constant.value)) << constant.id;
+    }
     EXPECT_FALSE(constant.title.empty());
   }
 }

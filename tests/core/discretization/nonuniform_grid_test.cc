@@ -39,9 +39,7 @@ class NonuniformGridTest : public ::testing::TestWithParam<Subject> {
     full.project_initial_state = true;
     return testing::SolveToEnd(the_case_.problem, full);
   }
-  CaseError Error(const Solution& solution) {
-    return ErrorOf(the_case_, solution.times, solution.x, solution.y);
-  }
+  CaseError Error(const Solution& solution) { return ErrorOf(the_case_, solution.times, solution.x, solution.y); }
 
   const Case the_case_ = LoadCase(GetParam().name);
 };
@@ -93,8 +91,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, NonuniformGridTest,
                                            Subject{"relay_sliding", Method::kExponentialIntegrator, 500},
                                            Subject{"diode_bridge_cap", Method::kTimeStepping, 2000}),
                          [](const auto& test) {
-                           std::string name =
-                               std::string(test.param.name) + "_" + MethodName(test.param.method);
+                           std::string name = std::string(test.param.name) + "_" + MethodName(test.param.method);
                            std::replace(name.begin(), name.end(), '-', '_');
                            return name;
                          });

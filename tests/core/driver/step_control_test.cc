@@ -94,17 +94,15 @@ ControlledSolution Control(MadeUpMethod& method, double tolerance, Index most_st
   Options options;
   options.num_steps = 64;
   const StepControl control{.tolerance = tolerance, .most_steps = most_steps, .nodes_kept = 4096};
-  const TrialSolves trials{.solve = std::ref(method),
-                           .compare = [](const Solution& coarse, const Solution& fine) {
-                             return DifferencesBetween(coarse, fine, SizesOf(fine));
-                           },
-                           .fits = {}};
+  const TrialSolves trials{
+      .solve = std::ref(method),
+      .compare = [](const Solution& coarse,
+                    const Solution& fine) { return DifferencesBetween(coarse, fine, SizesOf(fine)); },
+      .fits = {}};
   return SolveToTolerance(control, MakeGrid(1, {}, options), trials).value();
 }
 
-double TrueError(const ControlledSolution& result) {
-  return std::abs(result.solution.x.rightCols(1)(0, 0) - 1);
-}
+double TrueError(const ControlledSolution& result) { return std::abs(result.solution.x.rightCols(1)(0, 0) - 1); }
 
 double FigureOf(const ControlledSolution& result) { return result.solution.accuracy.error; }
 

@@ -114,8 +114,7 @@ TEST_P(EventRandomTest, AgreesWithAFineMarch) {
     ASSERT_EQ(located.termination, Termination::kReachedEnd) << located.message;
     // By as much as the march itself changes when its step is halved.
     const double size = MaxAbs(marched.x);
-    EXPECT_LT(MaxAbs(located.x - marched.x),
-              std::max(GetParam().allowed * size, 4 * marched.accuracy.error * size));
+    EXPECT_LT(MaxAbs(located.x - marched.x), std::max(GetParam().allowed * size, 4 * marched.accuracy.error * size));
     EXPECT_EQ(located.cost.coupled_steps, 0);
     EXPECT_LT(located.certificate.node_residual, 1e-8 * located.certificate.lcp_scale);
 
@@ -127,8 +126,7 @@ TEST_P(EventRandomTest, AgreesWithAFineMarch) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EventRandomTest,
-                         ::testing::Values(Comparison{Kind::kPositiveDefinite, "PositiveDefinite", 2000,
-                                                      1e-5},
+                         ::testing::Values(Comparison{Kind::kPositiveDefinite, "PositiveDefinite", 2000, 1e-5},
                                            Comparison{Kind::kIndefiniteP, "IndefiniteP", 2000, 1e-4},
                                            Comparison{Kind::kMMatrix, "MMatrix", 2000, 1e-5},
                                            Comparison{Kind::kPassiveSkew, "PassiveSkew", 4000, 1e-2},

@@ -21,8 +21,7 @@ LegendreVector Interpolate(const std::function<double(double)>& function) {
 
 TEST(FirstCrossingTest, FindsTheFirstOfSeveralRoots) {
   // From positive to negative at -0.5, back at 0.2, again at 0.7.
-  const auto crossing =
-      FirstCrossing(Interpolate([](double s) { return -(s + 0.5) * (s - 0.2) * (s - 0.7); }), 0);
+  const auto crossing = FirstCrossing(Interpolate([](double s) { return -(s + 0.5) * (s - 0.2) * (s - 0.7); }), 0);
   ASSERT_TRUE(crossing.has_value());
   EXPECT_NEAR(*crossing, -0.5, 1e-14);
 }
@@ -30,8 +29,7 @@ TEST(FirstCrossingTest, FindsTheFirstOfSeveralRoots) {
 TEST(FirstCrossingTest, LocatesSimpleRootsToRounding) {
   for (int k = -9; k <= 9; ++k) {
     const double root = k / 10.0;
-    const auto crossing =
-        FirstCrossing(Interpolate([&](double s) { return std::exp(root) - std::exp(s); }), 0);
+    const auto crossing = FirstCrossing(Interpolate([&](double s) { return std::exp(root) - std::exp(s); }), 0);
     ASSERT_TRUE(crossing.has_value());
     EXPECT_NEAR(*crossing, root, 1e-11);  // the degree resolves e^s to 1e-12
   }
@@ -64,8 +62,7 @@ TEST(FirstCrossingTest, MissesNothingOnRandomPolynomials) {
   int crossings = 0;
   for (int trial = 0; trial < 600; ++trial) {
     LegendreVector series;
-    for (Index k = 0; k < kLegendreSize; ++k)
-      series[k] = normal(engine) * std::pow(0.7, static_cast<double>(k));
+    for (Index k = 0; k < kLegendreSize; ++k) series[k] = normal(engine) * std::pow(0.7, static_cast<double>(k));
     series[0] += 1;
     const auto crossing = FirstCrossing(series, 0);
     const double before = crossing.value_or(1.0);

@@ -96,9 +96,7 @@ TEST(LaplaceIterationTest, ConvergesSuperlinearlyBelowItsBoundOnTheEasyData) {
       EXPECT_LE(std::log10(iterate.change), *iterate.log10_bound + 1e-9) << iterate.iteration;
     }
     // Superlinear: behind the hump every contraction is stronger than the one before.
-    const auto contraction = [&](size_t k) {
-      return recording.iterates[k].change / recording.iterates[k - 1].change;
-    };
+    const auto contraction = [&](size_t k) { return recording.iterates[k].change / recording.iterates[k - 1].change; };
     for (size_t k = count / 2 + 1; k + 1 < count; ++k) EXPECT_LT(contraction(k), contraction(k - 1)) << k;
     EXPECT_EQ(MaxAbs(solution.y.row(0)), 0);
     EXPECT_EQ(MaxAbs(solution.y.row(2)), 0);
@@ -155,8 +153,8 @@ Solution IterateInFlight(const Problem& problem, Index window, Index in_flight, 
 
 // The hard data has windows that leave the feasible states while the one before them has not converged.
 TEST(LaplaceIterationTest, WindowsInFlightGiveTheSameAnswerWithTheSameBitsForAnyThreads) {
-  for (const Problem& problem : {testing::FourVariableEasy(), testing::FourVariableHard(),
-                                 *MakeSignoriniProblem({.cells = 12, .horizon = 1})}) {
+  for (const Problem& problem :
+       {testing::FourVariableEasy(), testing::FourVariableHard(), *MakeSignoriniProblem({.cells = 12, .horizon = 1})}) {
     for (const Index window : {0, 8}) {
       const Solution one = IterateInFlight(problem, window, 1);
       const Solution three = IterateInFlight(problem, window, 3);

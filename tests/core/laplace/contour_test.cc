@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <Eigen/LU>
+#include <cmath>
 #include <complex>
 
 #include "core/laplace/resolvent.h"
@@ -77,8 +77,7 @@ TEST(ResolventTest, SolvesAndMeasures) {
   A << -1, 2, 0, -3, -1, 0.5, 0, 1, -4;
   const Resolvent resolvent(A);
   const Complex z(0.3, 2);
-  const Eigen::MatrixXcd inverse =
-      (z * Eigen::MatrixXcd::Identity(3, 3) - A.cast<Complex>()).inverse();
+  const Eigen::MatrixXcd inverse = (z * Eigen::MatrixXcd::Identity(3, 3) - A.cast<Complex>()).inverse();
   Eigen::VectorXcd b = resolvent.ToSchur(Vector{{1, 2, 3}}.cast<Complex>());
   resolvent.Solve(z, b);
   const Vector expected = (inverse * Vector{{1, 2, 3}}.cast<Complex>()).real();

@@ -82,21 +82,20 @@ TEST_P(SpectraTest, HasTheBlocksOfThePhiFunctions) {
   EXPECT_LT(error, 1e-12 + recursion_error);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Contours, SpectraTest,
-    ::testing::Values(Spectrum{"decaying", Diagonal(Vector{{-1, -2, -5, -10}}), 0.01, 2000},
-                      Spectrum{"stiff", Diagonal(Vector{{-1e4, -1e3, -1, -1e-3}}), 0.01, 2000},
-                      Spectrum{"with_zero", Diagonal(Vector{{-1, -1, 0, -3}}), 0.01, 2000},
-                      Spectrum{"zero", Diagonal(Vector{{0, 0, 0}}), 0.1, 300},
-                      Spectrum{"unstable", Diagonal(Vector{{1, 0.3, -2, -5}}), 0.01, 900},
-                      Spectrum{"exploding", Diagonal(Vector{{30, -1, -2}}), 0.1, 200},
-                      Spectrum{"defective", Jordan(-1, 4), 0.01, 2000},
-                      Spectrum{"nilpotent", Jordan(0, 3), 0.01, 200},
-                      Spectrum{"imaginary", Oscillators({{0, 1}, {0, 0.5}}), 0.01, 500},
-                      Spectrum{"damped", Oscillators({{-0.5, 3}, {-1, 0.5}}), 0.01, 2000},
-                      Spectrum{"fast_and_damped", Oscillators({{-50, 300}, {-1, 1}}), 0.01, 2000},
-                      Spectrum{"unstable_spiral", Oscillators({{0.5, 1}, {-1, 1}}), 0.01, 600}),
-    [](const auto& test) { return std::string(test.param.name); });
+INSTANTIATE_TEST_SUITE_P(Contours, SpectraTest,
+                         ::testing::Values(Spectrum{"decaying", Diagonal(Vector{{-1, -2, -5, -10}}), 0.01, 2000},
+                                           Spectrum{"stiff", Diagonal(Vector{{-1e4, -1e3, -1, -1e-3}}), 0.01, 2000},
+                                           Spectrum{"with_zero", Diagonal(Vector{{-1, -1, 0, -3}}), 0.01, 2000},
+                                           Spectrum{"zero", Diagonal(Vector{{0, 0, 0}}), 0.1, 300},
+                                           Spectrum{"unstable", Diagonal(Vector{{1, 0.3, -2, -5}}), 0.01, 900},
+                                           Spectrum{"exploding", Diagonal(Vector{{30, -1, -2}}), 0.1, 200},
+                                           Spectrum{"defective", Jordan(-1, 4), 0.01, 2000},
+                                           Spectrum{"nilpotent", Jordan(0, 3), 0.01, 200},
+                                           Spectrum{"imaginary", Oscillators({{0, 1}, {0, 0.5}}), 0.01, 500},
+                                           Spectrum{"damped", Oscillators({{-0.5, 3}, {-1, 0.5}}), 0.01, 2000},
+                                           Spectrum{"fast_and_damped", Oscillators({{-50, 300}, {-1, 1}}), 0.01, 2000},
+                                           Spectrum{"unstable_spiral", Oscillators({{0.5, 1}, {-1, 1}}), 0.01, 600}),
+                         [](const auto& test) { return std::string(test.param.name); });
 
 // Closed forms for a diagonal A: K_k = Σ_i N_i e^{(k-1)hλ_i} h φ_1(hλ_i)² B_i. Slow states keep their digits both ways.
 TEST(ContourKernelTest, IsAccurateOnStiffSystemsBothWays) {

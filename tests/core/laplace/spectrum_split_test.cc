@@ -83,8 +83,7 @@ TEST(SpectrumSplitTest, TakesEveryEigenvalueOnce) {
     // (zI - A)⁻¹ is the sum of both parts, at any z.
     const Complex z(0.7, 1.3);
     const Eigen::MatrixXcd whole = (z * Eigen::MatrixXcd::Identity(m, m) - A.cast<Complex>()).inverse();
-    const Eigen::MatrixXcd outside =
-        (z * Eigen::MatrixXcd::Identity(k, k) - split.outside.cast<Complex>()).inverse();
+    const Eigen::MatrixXcd outside = (z * Eigen::MatrixXcd::Identity(k, k) - split.outside.cast<Complex>()).inverse();
     EXPECT_LT((split.inside.Inverse(z) + split.basis * outside * split.left - whole).norm(), size * whole.norm())
         << seed;
   }

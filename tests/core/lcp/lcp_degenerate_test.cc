@@ -117,10 +117,9 @@ TEST(DegenerateLcpTest, CoupledStepsFindASolutionWhereThereIsOne) {
     Vector y(n);
     const LcpStatus verdict = solver->Solve(q, Vector::Constant(q.size(), 1e-14), basis, y);
     const bool solvable = testing::HasSolutionByEnumeration(M + K, q);
-    ASSERT_EQ(verdict, solvable ? LcpStatus::kSolved : LcpStatus::kInfeasible)
-        << solver->Account().message << "\nM =\n"
-        << M << "\nK =\n"
-        << K << "\nq = " << q.transpose();
+    ASSERT_EQ(verdict, solvable ? LcpStatus::kSolved : LcpStatus::kInfeasible) << solver->Account().message << "\nM =\n"
+                                                                               << M << "\nK =\n"
+                                                                               << K << "\nq = " << q.transpose();
     if (solvable) {
       const double norm = (M + K).cwiseAbs().rowwise().sum().maxCoeff();
       EXPECT_LE(LcpResidual(M + K, q, y), 1e-13 + 1e-12 * (2 + norm * y.maxCoeff()));

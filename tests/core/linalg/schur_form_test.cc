@@ -33,9 +33,15 @@ Matrix Circle(Index size) {
 }
 
 std::vector<Matrix> Examples() {
-  std::vector<Matrix> examples = {Matrix::Zero(4, 4),    Matrix::Identity(5, 5), Jordan(6, 0),
-                                  Jordan(12, -2),        Circle(7),              Circle(40),
-                                  RandomMatrix(1, 1, 1), RandomMatrix(2, 2, 2),  RandomMatrix(30, 30, 3),
+  std::vector<Matrix> examples = {Matrix::Zero(4, 4),
+                                  Matrix::Identity(5, 5),
+                                  Jordan(6, 0),
+                                  Jordan(12, -2),
+                                  Circle(7),
+                                  Circle(40),
+                                  RandomMatrix(1, 1, 1),
+                                  RandomMatrix(2, 2, 2),
+                                  RandomMatrix(30, 30, 3),
                                   RandomMatrix(120, 120, 4)};
   const Matrix scattered = RandomMatrix(20, 20, 5);
   examples.push_back(scattered - scattered.transpose());

@@ -70,8 +70,7 @@ TEST(HiddenZTest, FindsTheFactorsOfQuotientsOfZMatrices) {
     const Index n = generator.Integer(2, 6);
     const double dominance = static_cast<double>(n);
     const Matrix X = NegativeMatrix(generator, n) + dominance * Matrix::Identity(n, n);
-    const Matrix Y =
-        NegativeMatrix(generator, n) + generator.Uniform(0, 2 * dominance) * Matrix::Identity(n, n);
+    const Matrix Y = NegativeMatrix(generator, n) + generator.Uniform(0, 2 * dominance) * Matrix::Identity(n, n);
     const Matrix M = Y * X.inverse();
     not_z += !IsZ(M);
     const Fact fact = TestHiddenZ(M);
@@ -101,8 +100,7 @@ TEST(HiddenZTest, FindsTheFactorsWhateverTheUnits) {
     const Index n = generator.Integer(2, 5);
     const Matrix X = NegativeMatrix(generator, n) + n * Matrix::Identity(n, n);
     const Matrix Y = NegativeMatrix(generator, n) + 2 * n * Matrix::Identity(n, n);
-    const Vector units =
-        Vector::NullaryExpr(n, [&](Index) { return std::pow(10, generator.Uniform(-5, 5)); });
+    const Vector units = Vector::NullaryExpr(n, [&](Index) { return std::pow(10, generator.Uniform(-5, 5)); });
     const Matrix M = units.asDiagonal() * Y * X.inverse() * units.asDiagonal();
     EXPECT_FALSE(IsZ(M));
     const Fact fact = TestHiddenZ(M);
@@ -138,8 +136,7 @@ bool InCone(const Vector& g, const Vector& a, const Vector& b) {
 // For n = 2 by definition: some g is a combination of e_0, e_1 and the rows M_0, M_1, but neither of e_0, M_0
 // nor of e_1, M_1. It may be taken halfway between neighbors among the four directions.
 bool IsHiddenZInThePlane(const Matrix& M) {
-  std::vector<Vector> generators = {Vector::Unit(2, 0), Vector::Unit(2, 1), M.row(0).transpose(),
-                                    M.row(1).transpose()};
+  std::vector<Vector> generators = {Vector::Unit(2, 0), Vector::Unit(2, 1), M.row(0).transpose(), M.row(1).transpose()};
   std::vector<double> angles;
   for (const Vector& generator : generators) angles.push_back(std::atan2(generator[1], generator[0]));
   std::sort(angles.begin(), angles.end());
@@ -151,8 +148,7 @@ bool IsHiddenZInThePlane(const Matrix& M) {
     for (const Vector& a : generators) {
       for (const Vector& b : generators) reached |= InCone(g, a, b);
     }
-    if (reached && !InCone(g, generators[0], generators[2]) && !InCone(g, generators[1], generators[3]))
-      return true;
+    if (reached && !InCone(g, generators[0], generators[2]) && !InCone(g, generators[1], generators[3])) return true;
   }
   return false;
 }

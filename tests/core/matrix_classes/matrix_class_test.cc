@@ -129,8 +129,7 @@ TEST(MatrixClassTest, JudgesTheQuadraticFormWithExactZeros) {
   EXPECT_EQ(semidefinite(generator.BadlyScaled(generator.Skew(9), 6)), Answer::kYes);
   EXPECT_EQ(semidefinite(generator.PositiveSemidefinite(10, 3)), Answer::kYes);
   EXPECT_EQ(semidefinite(generator.BadlyScaled(generator.PositiveSemidefinite(10, 3), 6)), Answer::kYes);
-  EXPECT_EQ(semidefinite(generator.PositiveSemidefinite(10, 3) - 1e-8 * Matrix::Identity(10, 10)),
-            Answer::kNo);
+  EXPECT_EQ(semidefinite(generator.PositiveSemidefinite(10, 3) - 1e-8 * Matrix::Identity(10, 10)), Answer::kNo);
   EXPECT_EQ(semidefinite(Matrix{{0, 1e-9}, {0, 1}}), Answer::kNo);  // a zero diagonal needs a zero row
   EXPECT_EQ(semidefinite(Matrix{{1e-20, 0}, {0, 1}}), Answer::kYes);
   EXPECT_EQ(semidefinite(Matrix{{-1e-20, 0}, {0, 1}}), Answer::kNo);

@@ -85,8 +85,7 @@ TEST(SemicopositiveClassesTest, AgreeWithIntegersOnTenThousandMatrices) {
     types.Answers(type_one, type_one.yes(), "type I", M);
     const CopositiveClasses forms = ClassifyCopositive(M);
     const CopositiveTruth truth = ExactlyCopositive(a);
-    strictly_copositive.Answers(forms.strictly_copositive, truth.strictly_copositive, "strictly copositive",
-                                M);
+    strictly_copositive.Answers(forms.strictly_copositive, truth.strictly_copositive, "strictly copositive", M);
     copositive.Answers(forms.copositive, truth.copositive, "copositive", M);
     ExpectProven(M, forms);
   }
@@ -119,8 +118,7 @@ TEST(SemicopositiveClassesTest, AreNeverWrongNextToTheBoundary) {
     weak.Answers(known.weak, ExactlySemicopositive(a), "semicopositive", M);
     const CopositiveClasses forms = ClassifyCopositive(M);
     const CopositiveTruth truth = ExactlyCopositive(a);
-    strictly_copositive.Answers(forms.strictly_copositive, truth.strictly_copositive, "strictly copositive",
-                                M);
+    strictly_copositive.Answers(forms.strictly_copositive, truth.strictly_copositive, "strictly copositive", M);
     copositive.Answers(forms.copositive, truth.copositive, "copositive", M);
   }
   for (const Judge* judge : {&strict, &weak, &strictly_copositive, &copositive}) {
@@ -156,8 +154,7 @@ Matrix MonotonePath(Generator& generator, Index n) {
   for (Index k = 1; k < path.cols(); ++k) {
     path.col(k) = path.col(k - 1);
     for (Index i = 0; i < n; ++i) {
-      if (generator.Integer(0, n) == 0)
-        path(i, k) += std::exp2(static_cast<double>(generator.Integer(-4, 4)));
+      if (generator.Integer(0, n) == 0) path(i, k) += std::exp2(static_cast<double>(generator.Integer(-4, 4)));
     }
   }
   return path;
@@ -250,16 +247,14 @@ TEST(SemicopositiveTypesTest, RefutesByPathsOnRandomMatrices) {
   int refuted = 0;
   for (int k = 0; k < 100; ++k) {
     const Index n = generator.Integer(3, 5);
-    Matrix M = Matrix::NullaryExpr(
-        n, n, [&](Index, Index) { return static_cast<double>(generator.Integer(-1, 3)); });
+    Matrix M = Matrix::NullaryExpr(n, n, [&](Index, Index) { return static_cast<double>(generator.Integer(-1, 3)); });
     M.diagonal().setConstant(100);
     for (Index i = 0; i < n; ++i) M(i, (i + 1) % n) = -static_cast<double>(generator.Integer(80, 96));
     const Fact fact = TestSemicopositiveTypeI(M);
     EXPECT_TRUE(TestStrictlySemicopositive(M).yes());
     if (!fact.no()) continue;
     ++refuted;
-    EXPECT_LE(Integrals(M, GrowingPath(M, fact)).maxCoeff(), 1e-12 * M.norm() * fact.witness.z.squaredNorm())
-        << M;
+    EXPECT_LE(Integrals(M, GrowingPath(M, fact)).maxCoeff(), 1e-12 * M.norm() * fact.witness.z.squaredNorm()) << M;
   }
   EXPECT_GT(refuted, 20);
 }

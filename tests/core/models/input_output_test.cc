@@ -11,8 +11,7 @@ namespace {
 
 InputOutputModel Economy(const Matrix& C) {
   const Index n = C.rows();
-  return {C,   -Matrix::Identity(n, n), Matrix::Identity(n, n) / 4, Vector::Ones(n),
-          1.0, TimeFunction::Zero(n)};
+  return {C, -Matrix::Identity(n, n), Matrix::Identity(n, n) / 4, Vector::Ones(n), 1.0, TimeFunction::Zero(n)};
 }
 
 TEST(InputOutputTest, SupplyCoversDemandByTheInverse) {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Interrupted at every checkpoint and resumed, a solve has the bits of one that was not.
-#include "core/problem/observer.h"
-
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "core/models/signorini.h"
+#include "core/problem/observer.h"
 #include "core/solve.h"
 #include "tests/support/problems.h"
 #include "tests/support/sparse_problems.h"
@@ -132,8 +131,7 @@ TEST_P(CheckpointTest, AStopBeforeItGoesOnIsNoRefusal) {
   ASSERT_TRUE(Solve(tested.problem(), tested.options, taker, taker.stop.get_token()).ok());
   ASSERT_EQ(taker.taken, 1u);
   Observer silent;
-  const auto stopped =
-      Solve(tested.problem(), tested.options, silent, taker.stop.get_token(), nullptr, &taker.point);
+  const auto stopped = Solve(tested.problem(), tested.options, silent, taker.stop.get_token(), nullptr, &taker.point);
   ASSERT_TRUE(stopped.ok()) << stopped.status();
   EXPECT_EQ(stopped->termination, Termination::kCancelled);
 }

@@ -93,13 +93,12 @@ class Writer {
 
   std::unique_ptr<Node> RandomTree(int depth) {
     auto node = std::make_unique<Node>();
-    node->op = depth == 0
-                   ? Pick({"number", "t", "t", "pi", "e"})
-                   : Pick({"number", "t",     "neg", "neg", "pos", "+",    "-",   "*",     "/",   "**",
-                           "**",     "chain", "sin", "exp", "log", "sqrt", "abs", "floor", "min", "max"});
+    node->op = depth == 0 ? Pick({"number", "t", "t", "pi", "e"})
+                          : Pick({"number", "t",     "neg", "neg", "pos", "+",    "-",   "*",     "/",   "**",
+                                  "**",     "chain", "sin", "exp", "log", "sqrt", "abs", "floor", "min", "max"});
     if (node->op == "number") {
-      node->number = std::strtod(
-          Pick({"0", "1", "2", "3", "0.5", "1e-6", "12.75", "1e3", "0.1", "1e300"}).c_str(), nullptr);
+      node->number =
+          std::strtod(Pick({"0", "1", "2", "3", "0.5", "1e-6", "12.75", "1e3", "0.1", "1e300"}).c_str(), nullptr);
     }
     const int level = Level(*node);
     int operands = 1;
@@ -118,8 +117,7 @@ class Writer {
   std::string Write(const Node& node, int lowest) {
     std::string text = Blank() + Bare(node) + Blank();
     const int unneeded = Below(8) == 0 ? 1 + Below(2) : 0;
-    for (int i = (Level(node) < lowest ? 0 : 1) - unneeded; i < 1; ++i)
-      text = Blank() + "(" + text + ")" + Blank();
+    for (int i = (Level(node) < lowest ? 0 : 1) - unneeded; i < 1; ++i) text = Blank() + "(" + text + ")" + Blank();
     return text;
   }
 
@@ -132,8 +130,7 @@ class Writer {
     switch (Level(node)) {
       case 0: {
         std::string text = operand(0, 1);
-        for (std::size_t i = 1; i < node.operands.size(); ++i)
-          text += node.comparisons[i - 1] + operand(i, 1);
+        for (std::size_t i = 1; i < node.operands.size(); ++i) text += node.comparisons[i - 1] + operand(i, 1);
         return text;
       }
       case 1:
@@ -182,10 +179,9 @@ TEST(FormulaRandomTest, ReadsBackWhatWasWritten) {
 
 // Whatever is typed: a value or an explanation, never a crash.
 TEST(FormulaRandomTest, AnswersEveryTextWithAValueOrAPosition) {
-  const std::vector<std::string> words = {"t",   "pi", "e",  "1",  "2.5", "1e-6", ".5", "sin",  "min",
-                                          "max", "(",  ")",  "(",  ")",   "+",    "-",  "*",    "/",
-                                          "**",  "^",  "<",  "<=", "==",  ",",    " ",  "sin(", "x",
-                                          "=",   "!=", "\n", "0",  ">",   "abs(", "-t", "2*"};
+  const std::vector<std::string> words = {"t", "pi",   "e", "1", "2.5", "1e-6", ".5", "sin", "min",  "max", "(",  ")",
+                                          "(", ")",    "+", "-", "*",   "/",    "**", "^",   "<",    "<=",  "==", ",",
+                                          " ", "sin(", "x", "=", "!=",  "\n",   "0",  ">",   "abs(", "-t",  "2*"};
   std::mt19937_64 random(7);
   int accepted = 0;
   for (int trial = 0; trial < 20000; ++trial) {
@@ -196,8 +192,7 @@ TEST(FormulaRandomTest, AnswersEveryTextWithAValueOrAPosition) {
       ++accepted;
       formula->Evaluate(0.5);
     } else {
-      ASSERT_EQ(formula.status().code(), absl::StatusCode::kInvalidArgument)
-          << text << ": " << formula.status();
+      ASSERT_EQ(formula.status().code(), absl::StatusCode::kInvalidArgument) << text << ": " << formula.status();
       ASSERT_EQ(formula.status().message().substr(0, 12), "at position ") << text;
     }
   }

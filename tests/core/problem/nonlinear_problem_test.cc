@@ -60,9 +60,8 @@ TEST(NonlinearProblem, TellsEveryBrokenRule) {
   Options options;
   options.method = Method::kTimeStepping;
   const std::string message(CheckValid(problem, options).message());
-  for (const char* part :
-       {"f: 1 formulas; must be m = 2", "f[0]: at position 1: x3: there are only 2 states",
-        "g[1]: ", "T: -1; must be finite", "break_points[1]: ", "W: 2x3; must be m x m = 2x2", "method: "}) {
+  for (const char* part : {"f: 1 formulas; must be m = 2", "f[0]: at position 1: x3: there are only 2 states", "g[1]: ",
+                           "T: -1; must be finite", "break_points[1]: ", "W: 2x3; must be m x m = 2x2", "method: "}) {
     EXPECT_THAT(message, HasSubstr(part));
   }
   problem = {};
@@ -92,8 +91,7 @@ TEST(NonlinearFunctions, JacobiansAreThoseOfTheFormulas) {
 TEST(NonlinearFunctions, DifferencesStayInsideTheDomain) {
   auto functions = NonlinearFunctions::Create(TwoStates());
   ASSERT_TRUE(functions.ok());
-  const Matrix at_zero =
-      functions->GByY(0, Eigen::Vector2d(1, 1), Vector::Zero(2));  // sqrt(y2) has no left side
+  const Matrix at_zero = functions->GByY(0, Eigen::Vector2d(1, 1), Vector::Zero(2));  // sqrt(y2) has no left side
   EXPECT_TRUE(at_zero.allFinite());
   EXPECT_GT(at_zero(1, 1), 1);
 }

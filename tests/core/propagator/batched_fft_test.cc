@@ -31,8 +31,7 @@ ComplexMatrix BySums(const ComplexMatrix& x) {
 ComplexMatrix ByLanes(const ComplexMatrix& x) {
   const Index length = x.rows(), lanes = x.cols();
   Matrix re = x.real().transpose(), im = x.imag().transpose(), work_re(lanes, length), work_im(lanes, length);
-  const auto result =
-      BatchedFft(length).Forward(lanes, {re.data(), im.data()}, {work_re.data(), work_im.data()});
+  const auto result = BatchedFft(length).Forward(lanes, {re.data(), im.data()}, {work_re.data(), work_im.data()});
   const Eigen::Map<Matrix> out_re(result.re, lanes, length), out_im(result.im, lanes, length);
   ComplexMatrix transformed(length, lanes);
   transformed.real() = out_re.transpose();

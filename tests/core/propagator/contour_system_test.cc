@@ -40,8 +40,8 @@ struct Reference {
 
 Reference March(const Problem& problem, double step, Hold hold, const Vector& x, const Matrix& f, const Matrix& y) {
   const Problem dense = WithDenseMatrices(problem);
-  const Scheme scheme = hold == Hold::kLinear ? ExponentialPiecewiseLinear(dense, step)
-                                              : ExponentialPiecewiseConstant(dense, step);
+  const Scheme scheme =
+      hold == Hold::kLinear ? ExponentialPiecewiseLinear(dense, step) : ExponentialPiecewiseConstant(dense, step);
   Reference reference;
   Segment& segment = reference.segment;
   const Index steps = f.cols() - 1;
@@ -76,8 +76,7 @@ void ExpectServes(const Problem& problem, double step, Index steps, Hold hold, c
   const Index m = problem.num_states(), n = problem.num_constraints();
   Workers workers(1);
   const bool lifted = problem.f.is_lifted();
-  RunSources sources{step, RandomMatrix(lifted ? problem.f.lift.cols() : m, 1, 1) *
-                               RandomMatrix(1, steps + 1, 2)};
+  RunSources sources{step, RandomMatrix(lifted ? problem.f.lift.cols() : m, 1, 1) * RandomMatrix(1, steps + 1, 2)};
   const Matrix f = lifted ? Matrix(problem.f.lift * sources.psi) : sources.psi;
   const Matrix y = RandomMatrix(n, steps + 1, 3);
   const Matrix no_f = Matrix::Zero(m, steps + 1), no_y = Matrix::Zero(n, steps + 1);
@@ -251,8 +250,8 @@ TEST(ContourSystemTest, SharesNothingThatWasInterrupted) {
   stopped.request_stop();
   EXPECT_FALSE(ContourSystem::Create(problem, Options(), why_not, &setups)
                    ->MakeKernel(0.01, Hold::kLinear, 100, workers, stopped.get_token()));
-  EXPECT_TRUE(ContourSystem::Create(problem, Options(), why_not, &setups)
-                  ->MakeKernel(0.01, Hold::kLinear, 100, workers, {}));
+  EXPECT_TRUE(
+      ContourSystem::Create(problem, Options(), why_not, &setups)->MakeKernel(0.01, Hold::kLinear, 100, workers, {}));
   EXPECT_EQ(setups.statistics().values, 1);
 }
 

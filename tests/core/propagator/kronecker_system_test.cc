@@ -84,8 +84,8 @@ void ExpectDenseMotion(const Problem& problem, const Matrix& psi, double step) {
   const Matrix y = Matrix::Random(n, steps + 1);
   Workers workers(2);
   for (const Hold hold : {Hold::kLinear, Hold::kConstant}) {
-    const Scheme scheme = hold == Hold::kLinear ? ExponentialPiecewiseLinear(problem, step)
-                                                : ExponentialPiecewiseConstant(problem, step);
+    const Scheme scheme =
+        hold == Hold::kLinear ? ExponentialPiecewiseLinear(problem, step) : ExponentialPiecewiseConstant(problem, step);
     const DenseRun dense = RunDense(problem, scheme, f, y);
     const double size = MaxAbs(dense.q), tolerance = 1e-12 * size;
     const auto kernel = system->MakeKernel(step, hold, steps, workers, {});
@@ -106,8 +106,8 @@ void ExpectDenseMotion(const Problem& problem, const Matrix& psi, double step) {
     // At once, after a history of three steps.
     const auto later = kernel->Start(y.col(0));
     for (Index j = 1; j <= 3; ++j) later->Push(y.col(j));
-    const Matrix whole = free.nodes.rightCols(steps - 3) + later->History(steps - 3) +
-                         kernel->Respond(y.rightCols(steps - 3), workers);
+    const Matrix whole =
+        free.nodes.rightCols(steps - 3) + later->History(steps - 3) + kernel->Respond(y.rightCols(steps - 3), workers);
     EXPECT_LE(MaxAbs(whole - dense.q.rightCols(steps - 3)), tolerance);
 
     const Motion motion = kernel->MoveThroughout(free, y, workers);

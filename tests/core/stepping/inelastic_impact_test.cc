@@ -141,9 +141,9 @@ TEST(InelasticImpactTest, AMassOnAShakenTableLeavesItWhenTheTableFallsFaster) {
   ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   for (size_t k = 0; k < solution.times.size(); k += 100) {
     const double t = solution.times[k], s = t - leaves;
-    const double exact = t < leaves ? a * std::sin(omega * t)
-                                    : a * std::sin(omega * leaves) + a * omega * std::cos(omega * leaves) * s -
-                                          kGravity * s * s / 2;
+    const double exact =
+        t < leaves ? a * std::sin(omega * t)
+                   : a * std::sin(omega * leaves) + a * omega * std::cos(omega * leaves) * s - kGravity * s * s / 2;
     EXPECT_NEAR(solution.x(0, static_cast<Index>(k)), exact, 1e-5) << t;
     const double force = t < leaves ? kGravity - a * omega * omega * std::sin(omega * t) : 0;
     if (k > 0 && std::abs(t - leaves) > 1e-4) {

@@ -334,8 +334,7 @@ TEST(NewtonStepTest, SolvesACycleBySubstitutionAndSaysSo) {
 
 TEST(NewtonStepTest, IsRefusedWhereYIsNoFunctionOfX) {
   for (const char* name : {"relay_sliding", "diode_bridge", "american_put"}) {
-    const Solution solution =
-        SolveWith(testing::LoadCase(name).problem, TimeSteppingBy(StepSolver::kNewton, 100));
+    const Solution solution = SolveWith(testing::LoadCase(name).problem, TimeSteppingBy(StepSolver::kNewton, 100));
     EXPECT_EQ(solution.termination, Termination::kUnsupported) << name;
     EXPECT_NE(solution.message.find("Newton"), std::string::npos) << solution.message;
   }

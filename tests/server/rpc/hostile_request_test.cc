@@ -107,8 +107,8 @@ TEST_F(HostileRequestTest, ShapesThatNobodyCanHold) {
                      INVALID_ARGUMENT, "problem.m");
   ExpectSolveRefused([](auto& request) { request.mutable_options()->set_steps(1'000'000'000); }, RESOURCE_EXHAUSTED,
                      "max_steps");
-  ExpectSolveRefused([](auto& request) { request.mutable_options()->set_steps(2'000'000'000); },
-                     INVALID_ARGUMENT, "steps: 2000000000; must be between 1 and 1000000000");
+  ExpectSolveRefused([](auto& request) { request.mutable_options()->set_steps(2'000'000'000); }, INVALID_ARGUMENT,
+                     "steps: 2000000000; must be between 1 and 1000000000");
   grpc::ClientContext context;
   v1::SolveLcpRequest lcp;
   v1::SolveLcpResponse response;

@@ -124,7 +124,7 @@ TEST_P(ProblemStoreContractTest, ExpiresWhenNobodyUsesIt) {
   ASSERT_TRUE(Add(problems_, "ada", Id('c')).ok());
   shared_->Advance(20h);
   ASSERT_TRUE(problems_.ReadProblem("ada", Id('a')).ok());  // a use
-  ASSERT_TRUE(Add(problems_, "ada", Id('b'))->existed);                // another
+  ASSERT_TRUE(Add(problems_, "ada", Id('b'))->existed);     // another
   shared_->Advance(5h);
   ASSERT_TRUE(store_.Expire(kUnusedForADay).ok());
   EXPECT_THAT(Listed(problems_, "ada"), ElementsAre(Id('b'), Id('a')));

@@ -20,8 +20,7 @@ TEST(ConvertAnalysisTest, CarriesEveryPartOfAFinding) {
   finding.fact.witness.Y = (Matrix(2, 2) << 5, 6, 7, 8).finished();
   finding.fact.witness.r = Vector::Constant(2, 0.5);
   finding.fact.witness.s = Vector::Constant(2, 0.25);
-  section.findings = {finding,
-                      {.id = "q", .title = "Q", .fact = {.answer = Answer::kYes, .why = ""}, .source = ""}};
+  section.findings = {finding, {.id = "q", .title = "Q", .fact = {.answer = Answer::kYes, .why = ""}, .source = ""}};
   analysis.sections.push_back(section);
 
   const v1::AnalyzeProblemResponse response = ToProto(analysis);

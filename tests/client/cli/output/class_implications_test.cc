@@ -38,8 +38,8 @@ TEST(ClassImplicationsTest, NoMatrixContradictsThem) {
       if (answers[narrow] == Answer::kYes) ++seen[std::string(narrow)];
     }
   }
-  for (const char* narrow : {"m", "z", "p", "n", "positive-definite", "positive-semidefinite",
-                             "nondegenerate", "type-i", "strictly-semicopositive", "q"}) {
+  for (const char* narrow : {"m", "z", "p", "n", "positive-definite", "positive-semidefinite", "nondegenerate",
+                             "type-i", "strictly-semicopositive", "q"}) {
     EXPECT_GT(seen[narrow], 0) << narrow << " was never tried";
   }
 }
@@ -53,8 +53,7 @@ bool Reaches(std::string_view from, std::string_view to) {
 
 // In a circle everything would follow, and nothing would be left to say.
 TEST(ClassImplicationsTest, HaveNoCircles) {
-  for (const auto& [narrow, wide] : ClassImplications())
-    EXPECT_FALSE(Reaches(wide, narrow)) << narrow << ", " << wide;
+  for (const auto& [narrow, wide] : ClassImplications()) EXPECT_FALSE(Reaches(wide, narrow)) << narrow << ", " << wide;
 }
 
 v1::AnalysisSection Section(v1::Answer p, v1::Answer p0) {

@@ -50,11 +50,10 @@ TEST(LcpOutputTest, ShowsIndexSetsAndAllSolutions) {
   face.add_basis(1);
   face.add_nearest(0.5);
   const std::string text = Printed([&](std::FILE* out) { PrintLcpTable(response, out); });
-  EXPECT_THAT(text,
-              AllOf(HasSubstr("Rule    the least norm\n"), HasSubstr("J (y > 0)      {0, 1}"),
-                    HasSubstr("K (y = w = 0)  {2}: degenerate"), HasSubstr("Other solutions satisfy"),
-                    HasSubstr("1 basic solution; the search was not complete"), HasSubstr("y = (1, 0, 0)"),
-                    HasSubstr("a continuum with w = 0 on {0, 1}"), Not(HasSubstr("no other solutions"))));
+  EXPECT_THAT(text, AllOf(HasSubstr("Rule    the least norm\n"), HasSubstr("J (y > 0)      {0, 1}"),
+                          HasSubstr("K (y = w = 0)  {2}: degenerate"), HasSubstr("Other solutions satisfy"),
+                          HasSubstr("1 basic solution; the search was not complete"), HasSubstr("y = (1, 0, 0)"),
+                          HasSubstr("a continuum with w = 0 on {0, 1}"), Not(HasSubstr("no other solutions"))));
   response.mutable_all()->clear_faces();
   response.mutable_all()->set_complete(true);
   EXPECT_THAT(Printed([&](std::FILE* out) { PrintLcpTable(response, out); }),
@@ -77,8 +76,8 @@ v1::SolveDcpResponse Ramp() {
 
 TEST(DcpOutputTest, TabulatesBothSidesOfAJump) {
   const std::string text = Printed([](std::FILE* out) { PrintDcpTable(Ramp(), {true, "Found."}, 80, out); });
-  EXPECT_THAT(text, AllOf(HasSubstr("SOLVED: Found."), HasSubstr("1   1\n1   6\n2   7\n"),
-                          HasSubstr("-1.0e-16"), HasSubstr("unknown (a P-matrix)")));
+  EXPECT_THAT(text, AllOf(HasSubstr("SOLVED: Found."), HasSubstr("1   1\n1   6\n2   7\n"), HasSubstr("-1.0e-16"),
+                          HasSubstr("unknown (a P-matrix)")));
 }
 
 // v = c t for q = -2 t and M = 1 (w = (c - 2) t) on [0, 1], in units of `scale`.

@@ -13,8 +13,8 @@
 namespace dlcs {
 namespace {
 
-using ::testing::SizeIs;
 using testing::LcpGenerator;
+using ::testing::SizeIs;
 
 bool Lists(const BasicSolutions& all, const Vector& y) {
   return std::any_of(all.solutions.begin(), all.solutions.end(),
@@ -132,9 +132,8 @@ TEST(BasicSolutionsTest, FindsTheSolutionThatAProblemWasMadeOf) {
     Vector y;
     const Vector q = generator.SolvableQ(M, false, &y);
     const BasicSolutions all = AllBasicSolutions(M, q);
-    EXPECT_TRUE(std::any_of(all.solutions.begin(), all.solutions.end(), [&](const BasicSolution& s) {
-      return (s.y - y).norm() < 1e-7 * (1 + y.norm());
-    }));
+    EXPECT_TRUE(std::any_of(all.solutions.begin(), all.solutions.end(),
+                            [&](const BasicSolution& s) { return (s.y - y).norm() < 1e-7 * (1 + y.norm()); }));
     for (const BasicSolution& s : all.solutions) {
       EXPECT_LE(LcpResidual(M, q, s.y), 1e-10 * (1 + q.norm() + M.norm() * s.y.norm()));
       EXPECT_FALSE(s.sets.degenerate());

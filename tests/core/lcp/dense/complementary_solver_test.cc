@@ -110,8 +110,8 @@ TEST(ComplementarySolverTest, SolvesTinyCoupledBlocks) {
     for (int k = 0; k < 100; ++k) {
       const Index n = generator.Integer(1, 6);
       const Matrix K = h * generator.PositiveDefinite(n);
-      const std::unique_ptr<LcpSolver> solver = MakeCoupledLcpSolver(
-          Matrix::Zero(n, n), K, k % 2 == 0 ? Selection::kAny : Selection::kLeastElement);
+      const std::unique_ptr<LcpSolver> solver =
+          MakeCoupledLcpSolver(Matrix::Zero(n, n), K, k % 2 == 0 ? Selection::kAny : Selection::kLeastElement);
       Vector y;
       const Vector q = generator.SolvableQ(K / h, k % 4 < 2, &y) * h;
       Basis basis = RandomBasis(generator, n);
@@ -176,8 +176,7 @@ TEST(ComplementarySolverTest, KeepsItsPromiseInAnyUnits) {
     // In the units of the inner problem it is as good.
     const Vector inner_y = y.cwiseProduct(scale);
     const Vector inner_q = q.cwiseQuotient(scale);
-    EXPECT_LE(LcpResidual(inner, inner_q, inner_y), 1e-11 * (1 + inner_y.maxCoeff()) * static_cast<double>(n))
-        << k;
+    EXPECT_LE(LcpResidual(inner, inner_q, inner_y), 1e-11 * (1 + inner_y.maxCoeff()) * static_cast<double>(n)) << k;
   }
 }
 

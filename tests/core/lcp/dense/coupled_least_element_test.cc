@@ -87,8 +87,7 @@ struct Example42 {
   std::optional<double> March(int steps, Vector& x) const {
     const double h = 1.0 / steps;
     const Matrix resolvent = (Matrix::Identity(3, 3) - h * A).inverse();
-    const std::unique_ptr<LcpSolver> solver =
-        MakeCoupledLcpSolver(M, h * N * resolvent * B, Selection::kLeastElement);
+    const std::unique_ptr<LcpSolver> solver = MakeCoupledLcpSolver(M, h * N * resolvent * B, Selection::kLeastElement);
     x = Vector{{0.0, -0.5, -0.5}};
     Basis basis(4, 0);
     Vector y(4);

@@ -37,10 +37,8 @@ void ExpectLeastFromEveryGuess(const Matrix& M, const Vector& q, const Vector& l
 
 TEST(LeastElementSolverTest, IgnoresTheOtherSolutionsOfExample41) {
   // With q = (-x1, x2, x2, x1) and x1, x2 > 0 there are four solutions; the least is (x1, 0, 0, 0).
-  ExpectLeastFromEveryGuess(testing::ChenXiangExample41(), Vector{{-0.7, 0.3, 0.3, 0.7}},
-                            Vector{{0.7, 0, 0, 0}});
-  ExpectLeastFromEveryGuess(testing::ChenXiangExample41(), Vector{{0.7, 0.3, 0.3, -0.7}},
-                            Vector{{0, 0, 0, 0.7}});
+  ExpectLeastFromEveryGuess(testing::ChenXiangExample41(), Vector{{-0.7, 0.3, 0.3, 0.7}}, Vector{{0.7, 0, 0, 0}});
+  ExpectLeastFromEveryGuess(testing::ChenXiangExample41(), Vector{{0.7, 0.3, 0.3, -0.7}}, Vector{{0, 0, 0, 0.7}});
   ExpectLeastFromEveryGuess(testing::ChenXiangExample41(), Vector::Zero(4), Vector::Zero(4));
 }
 

@@ -58,9 +58,7 @@ SparseMatrix PositiveDefinite(LcpGenerator& generator, Index n, bool symmetric) 
   return M + 0.1 * I;
 }
 
-double Residual(const SparseMatrix& M, const Vector& q, const Vector& y) {
-  return NaturalResidual(y, q + M * y);
-}
+double Residual(const SparseMatrix& M, const Vector& q, const Vector& y) { return NaturalResidual(y, q + M * y); }
 
 // Solves a problem built from its solution, with half of the entries positive and some y_i = w_i = 0.
 void ExpectSolved(LcpGenerator& generator, const SparseMatrix& M, LcpSolver& solver, double error) {
@@ -157,9 +155,7 @@ TEST(SparseLcpSolverTest, SolvesAnObstacleProblemOfTwentyThousandUnknowns) {
   for (Index i = 0; i < across; ++i) {
     for (Index j = 0; j < across; ++j) {
       const double x1 = -1 + static_cast<double>(i + 1) * h, x2 = -1 + static_cast<double>(j + 1) * h;
-      const auto u = [a](double s1, double s2) {
-        return std::pow(std::max(0.0, s1 * s1 + s2 * s2 - a * a), 2);
-      };
+      const auto u = [a](double s1, double s2) { return std::pow(std::max(0.0, s1 * s1 + s2 * s2 - a * a), 2); };
       expected[i * across + j] = u(x1, x2);
       // -h²Δu of the exact solution outside of the disc, a positive reaction inside; the boundary values of u
       // go to q.
@@ -173,8 +169,7 @@ TEST(SparseLcpSolverTest, SolvesAnObstacleProblemOfTwentyThousandUnknowns) {
   }
   const MatrixClass known = ClassifySparse(M);
   ASSERT_TRUE(known.p.yes() && known.z.yes()) << known.description;
-  const std::unique_ptr<LcpSolver> solver =
-      MakeSparseLcpSolver(M, SelectRule(SolutionRule::kAuto, known).value());
+  const std::unique_ptr<LcpSolver> solver = MakeSparseLcpSolver(M, SelectRule(SolutionRule::kAuto, known).value());
   Basis basis(q.size(), 1);
   Vector y(q.size());
   ASSERT_EQ(solver->Solve(q, Vector::Zero(q.size()), basis, y), LcpStatus::kSolved);
@@ -220,8 +215,7 @@ TEST(ClassifySparseTest, AgreesWithTheDenseTests) {
     EXPECT_EQ(sparse.zero_row, dense.zero_row);
     // Never the opposite; unknown is allowed, but not for what the header promises.
     for (const auto& [ours, theirs] :
-         {std::pair{sparse.p, dense.p},
-          std::pair{sparse.positive_semidefinite, dense.positive_semidefinite}}) {
+         {std::pair{sparse.p, dense.p}, std::pair{sparse.positive_semidefinite, dense.positive_semidefinite}}) {
       if (ours.answer == Answer::kUnknown) continue;
       EXPECT_EQ(ours.answer, theirs.answer) << ours.why << "\n" << M;
     }

@@ -47,10 +47,12 @@ class SqliteDatabaseTest : public ::testing::Test {
   using Write = std::function<absl::Status(SqliteConnection&)>;
 
   SqliteDatabaseTest() {
-    EXPECT_TRUE(database_.Write([](SqliteConnection& connection) {
-      connection.Execute("CREATE TABLE notes (text TEXT UNIQUE NOT NULL)");
-      return absl::OkStatus();
-    }).ok());
+    EXPECT_TRUE(database_
+                    .Write([](SqliteConnection& connection) {
+                      connection.Execute("CREATE TABLE notes (text TEXT UNIQUE NOT NULL)");
+                      return absl::OkStatus();
+                    })
+                    .ok());
   }
 
   static Write Add(const std::string& text) {
@@ -135,8 +137,8 @@ TEST_F(SqliteDatabaseTest, WhatOneWriteDoesWrongIsItsOwn) {
     const std::string text = std::to_string(k);
     // Without and with one that rolls all back.
     const bool with_failure = k % 2 == 1;
-    const Round round = WriteWhileBusy(
-        {Add(text + "a"), refuse, throws, with_failure ? fail : Add(text + "c"), Add(text + "b")}, text);
+    const Round round =
+        WriteWhileBusy({Add(text + "a"), refuse, throws, with_failure ? fail : Add(text + "c"), Add(text + "b")}, text);
     for (const char* letter : {"", "a", "b"}) EXPECT_EQ(Count(text + letter), 1);
     EXPECT_EQ(round.statuses[0], absl::OkStatus());
     EXPECT_EQ(round.statuses[1], absl::NotFoundError("refused"));
