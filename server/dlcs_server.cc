@@ -92,7 +92,7 @@ absl::Status CheckEncryption(const ServerConfig& config) {
   if (!address.ok()) return address.status();
   if (absl::Status encrypted = CheckEncryption("--listen", *address, config.access); !encrypted.ok()) return encrypted;
   if (config.http_listen.empty()) return absl::OkStatus();
-  const absl::StatusOr<ListenAddress> web = ParseListenAddress(config.http_listen);
+  const absl::StatusOr<ListenAddress> web = ParseHostPort(config.http_listen);
   return web.ok() ? CheckEncryption("--http-listen", *web, config.access) : web.status();
 }
 
@@ -224,7 +224,7 @@ ServerState RunningServer::State() const {
 
 absl::Status RunningServer::StartMetrics(const std::string& listen) {
   if (listen.empty()) return absl::OkStatus();
-  absl::StatusOr<ListenAddress> address = ParseListenAddress(listen);
+  absl::StatusOr<ListenAddress> address = ParseHostPort(listen);
   if (!address.ok()) return AtFlag("--metrics-listen", address.status());
   auto server = HttpServer::Start(*address, {.threads = 1, .max_held_bytes = 0}, NewMonitoringHandler(Pages()));
   if (!server.ok()) return AtFlag("--metrics-listen", server.status());

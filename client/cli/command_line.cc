@@ -250,23 +250,6 @@ std::vector<std::string> WithNegativeNumbersTied(int argc, const char* const* ar
   return arguments;
 }
 
-// CLI11 does not wrap text: wraps descriptions of options at 70 characters.
-void BreakDescriptions(CLI::App& app) {
-  constexpr std::size_t kLetters = 70;
-  for (CLI::Option* option : app.get_options()) {
-    std::istringstream words(option->get_description());
-    std::string text;
-    std::size_t letters = 0;  // of the last line
-    for (std::string word; words >> word;) {
-      const bool fits = letters + 1 + word.size() <= kLetters;
-      if (!text.empty()) text += fits ? " " : "\n";
-      letters = (text.empty() || !fits ? 0 : letters + 1) + word.size();
-      text += word;
-    }
-    option->description(text);
-  }
-}
-
 // The command of `app` that was typed, down to the last subcommand.
 const CLI::App& Current(const CLI::App& app) {
   const auto subcommands = app.get_subcommands();
@@ -395,6 +378,20 @@ class GroupedHelp : public CLI::Formatter {
     const std::string text = CLI::Formatter::make_option_opts(option);
     return text.substr(0, std::min(text.find(" Excludes:"), text.find(" Needs:")));
   }
+  // Wrapped at 70 characters, which CLI11 does not do.
+  std::string make_option_desc(const CLI::Option* option) const override {
+    constexpr std::size_t kLetters = 70;
+    std::istringstream words(option->get_description());
+    std::string text;
+    std::size_t letters = 0;  // of the last line
+    for (std::string word; words >> word;) {
+      const bool fits = letters + 1 + word.size() <= kLetters;
+      if (!text.empty()) text += fits ? " " : "\n";
+      letters = (text.empty() || !fits ? 0 : letters + 1) + word.size();
+      text += word;
+    }
+    return text;
+  }
 
  private:
   std::string Groups(const CLI::App& app) const {
@@ -491,7 +488,6 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   for (CLI::App* command : app.get_subcommands({})) {
     Group(*command);
     RefuseEmptyNames(*command);
-    BreakDescriptions(*command);
     command->formatter(app.get_formatter());
   }
 

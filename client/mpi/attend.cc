@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/pidfd.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -60,7 +60,8 @@ std::shared_ptr<grpc::Channel> ConnectTo(const std::string& worker) {
 // killed cannot end its ranks, whose work another attempt does again. Does nothing where the system has no pidfd.
 void EndWithLauncher() {
   const pid_t parent = getppid();
-  const int launcher = pidfd_open(parent, 0);
+  // The header for it in glibc 2.36 is not for C++.
+  const int launcher = static_cast<int>(syscall(SYS_pidfd_open, parent, 0));
   if (launcher < 0) return;
   if (getppid() != parent) _exit(kServiceFailed);
   std::thread([launcher] {

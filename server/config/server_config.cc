@@ -25,18 +25,14 @@ absl::Status OutOfRange(const char* flag, double value, const char* rule) {
   return absl::InvalidArgumentError(fmt::format("{} {:.10g}: must be {}", flag, value, rule));
 }
 
-absl::Status CheckAddress(const char* flag, const std::string& text) {
-  const absl::Status status = ParseListenAddress(text).status();
+absl::Status CheckAddress(const char* flag, const absl::Status& status) {
   if (status.ok()) return status;
   return absl::InvalidArgumentError(fmt::format("{}: {}", flag, std::string(status.message())));
 }
 
 // HOST:PORT, or nothing.
 absl::Status CheckHttpAddress(const char* flag, const std::string& text) {
-  if (text.empty()) return absl::OkStatus();
-  if (absl::Status address = CheckAddress(flag, text); !address.ok()) return address;
-  if (!text.starts_with("unix:")) return absl::OkStatus();
-  return absl::InvalidArgumentError(fmt::format("{} {}: must be HOST:PORT", flag, text));
+  return text.empty() ? absl::OkStatus() : CheckAddress(flag, ParseHostPort(text).status());
 }
 
 absl::Status ValidateStore(const ServerConfig& config) {
@@ -160,7 +156,7 @@ std::vector<std::string> SplitList(const std::string& text) {
 }
 
 absl::Status Validate(const ServerConfig& config) {
-  if (absl::Status address = CheckAddress("--listen", config.listen); !address.ok()) return address;
+  if (absl::Status address = CheckAddress("--listen", ParseListenAddress(config.listen).status()); !address.ok()) return address;
   if (absl::Status address = CheckHttpAddress("--metrics-listen", config.metrics_listen); !address.ok()) return address;
   if (absl::Status web = ValidateWebPort(config); !web.ok()) return web;
   if (config.max_concurrent_solves < 0 || config.max_concurrent_solves > 1024) {

@@ -190,7 +190,7 @@ void WebPort::Close(std::chrono::milliseconds delivery) {
 
 absl::StatusOr<std::unique_ptr<WebPort>> WebPort::Start(const WebPortOptions& options, const Access& access,
                                                         std::shared_ptr<grpc::Channel> channel) {
-  absl::StatusOr<ListenAddress> address = ParseListenAddress(options.listen);
+  absl::StatusOr<ListenAddress> address = ParseHostPort(options.listen);
   if (!address.ok()) return address.status();
   auto state = std::make_unique<State>(options, address->host, access, std::move(channel));
   HttpServerOptions http;

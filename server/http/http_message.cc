@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/http/http_message.h"
 
+#include <algorithm>
+
 #include "boost/beast/core/string.hpp"
 #include "boost/beast/http/field.hpp"
 #include "boost/beast/http/status.hpp"
@@ -19,6 +21,17 @@ std::string_view HttpReason(int status) {
   return {text.data(), text.size()};
 }
 
+// Proxies may send the whole URL, "http://HOST/PATH", which counts more than a Host header (RFC 9112, 3.2.2). Removes
+// scheme and authority from `target` and returns the authority; empty if the target has none.
+std::string_view TakeAuthority(std::string_view& target) {
+  const std::size_t scheme = target.find("://");
+  if (target.starts_with('/') || scheme == std::string_view::npos) return {};
+  const std::string_view rest = target.substr(scheme + 3);
+  const std::size_t end = std::min(rest.find_first_of("/?"), rest.size());
+  target = rest.substr(end);
+  return rest.substr(0, end);
+}
+
 }  // namespace
 
 std::string_view HttpRequest::Header(std::string_view name) const {
@@ -29,9 +42,13 @@ std::string_view HttpRequest::Header(std::string_view name) const {
 
 void SetHead(const HttpHead& head, HttpRequest& request) {
   request.method = std::string(head.method_string());
-  const std::string_view target(head.target().data(), head.target().size());
-  request.path = std::string(target.substr(0, target.find('?')));
   request.headers = head;
+  std::string_view target(head.target().data(), head.target().size());
+  if (const std::string_view host = TakeAuthority(target); !host.empty()) {
+    request.headers.set(beast_http::field::host, boost::beast::string_view(host.data(), host.size()));
+  }
+  request.path = std::string(target.substr(0, target.find('?')));
+  if (request.path.empty()) request.path = "/";
 }
 
 const char* WhatIsAmbiguous(const HttpHead& head) {

@@ -40,7 +40,7 @@ HttpResponse TextResponse(int status, std::string text);
 // The request line and the headers, as Beast's parser has read them.
 using HttpHead = boost::beast::http::header<true, boost::beast::http::fields>;
 
-// Sets method, path and headers of `request`.
+// Sets method, path and headers of `request`. Where the target is a whole URL, its host replaces the header Host.
 void SetHead(const HttpHead& head, HttpRequest& request);
 
 // What proxies before this server may read in another way than Beast's parser does, which skips transfer codings that

@@ -81,18 +81,11 @@ sockaddr_un UnixAddress(const ListenAddress& address) {
   return result;
 }
 
-absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text) {
-  if (text.starts_with(kUnixPrefix)) {
-    const std::string path = text.substr(kUnixPrefix.size());
-    const bool is_path = path.starts_with('/') && path.size() < sizeof(sockaddr_un::sun_path);
-    if (is_path) return ListenAddress{.host = {}, .port = 0, .path = path};
-    return absl::InvalidArgumentError(fmt::format("\"{}\" is not unix: and an absolute path of at most {} bytes", text,
-                                                  sizeof(sockaddr_un::sun_path) - 1));
-  }
-  const absl::Status malformed = absl::InvalidArgumentError(fmt::format(
-      "\"{}\" is not HOST:PORT with a port up to 65535, for example 127.0.0.1:50051, 0.0.0.0:50051, [::1]:50051 or "
-      "localhost:0, nor unix:/PATH",
-      text));
+absl::StatusOr<ListenAddress> ParseHostPort(const std::string& text) {
+  const absl::Status malformed = absl::InvalidArgumentError(
+      fmt::format("\"{}\" is not HOST:PORT with a port up to 65535, for example 127.0.0.1:50051, 0.0.0.0:50051, "
+                  "[::1]:50051 or localhost:0",
+                  text));
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return malformed;
   ListenAddress address;
@@ -107,6 +100,19 @@ absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text) {
   }
   if (address.host.empty()) return malformed;
   return address;
+}
+
+absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text) {
+  if (text.starts_with(kUnixPrefix)) {
+    const std::string path = text.substr(kUnixPrefix.size());
+    const bool is_path = path.starts_with('/') && path.size() < sizeof(sockaddr_un::sun_path);
+    if (is_path) return ListenAddress{.host = {}, .port = 0, .path = path};
+    return absl::InvalidArgumentError(fmt::format("\"{}\" is not unix: and an absolute path of at most {} bytes", text,
+                                                  sizeof(sockaddr_un::sun_path) - 1));
+  }
+  absl::StatusOr<ListenAddress> address = ParseHostPort(text);
+  if (address.ok()) return address;
+  return absl::InvalidArgumentError(fmt::format("{}, nor unix:/PATH", std::string(address.status().message())));
 }
 
 std::string ToString(const ListenAddress& address) {

@@ -21,7 +21,10 @@ struct ListenAddress {
   bool is_unix() const { return !path.empty(); }
 };
 
-// Reads "HOST:PORT", "[IPV6]:PORT" and "unix:/PATH", an absolute path of at most 107 bytes. Errors: InvalidArgument.
+// Reads "HOST:PORT" and "[IPV6]:PORT". Errors: InvalidArgument.
+absl::StatusOr<ListenAddress> ParseHostPort(const std::string& text);
+
+// Reads these and "unix:/PATH", an absolute path of at most 107 bytes. Errors: InvalidArgument.
 absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text);
 
 // As text again, with brackets where they are needed.

@@ -353,6 +353,36 @@ class JobsTest(unittest.TestCase):
 
         asyncio.run(run())
 
+    def test_waits_for_a_busy_server_within_the_timeout(self):
+        server = subprocess.Popen(
+            [DLCSD, "--listen", "127.0.0.1:0", "--max-concurrent-solves", "1"], stdout=subprocess.PIPE, text=True
+        )
+        self.addCleanup(server.stdout.close)
+        self.addCleanup(server.wait)
+        self.addCleanup(server.kill)
+        address = server.stdout.readline().split()[-1]
+
+        async def together():
+            async with dlcs.aio.Client(address, timeout=60) as client:
+                return await asyncio.gather(*(client.solve(**FOUR_ONE) for _ in range(4)))
+
+        one, *others = asyncio.run(together())
+        self.assertTrue(one.success)
+        for other in others:
+            np.testing.assert_array_equal(other.x, one.x)
+
+        with dlcs.Client(address) as client, dlcs.Client(address, timeout=0.5) as hasty:
+            iterates = iter(client.iterate(**FOUR_ONE, steps=1_000_000, t_eval=[1], method="laplace-iteration"))
+            next(iterates)
+            begin = time.monotonic()
+            with self.assertRaises(dlcs.ResourceExhausted) as refused:
+                hasty.solve(**FOUR_ONE)
+            self.assertLess(time.monotonic() - begin, 0.5)
+            self.assertGreater(refused.exception.retry_after, 0.5)
+            for _ in iterates:
+                pass
+            self.assertTrue(client.solve(**FOUR_ONE).success)
+
     def test_a_server_that_is_not_there_is_unavailable(self):
         with dlcs.Client("127.0.0.1:1", timeout=20) as client:
             with self.assertRaises(dlcs.Unavailable):

@@ -94,7 +94,7 @@ void LiveView::OnReached(double time) { panel_.OnReached(time); }
 
 void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   std::string lipschitz;
-  if (analysis.has_lipschitz()) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
+  if (analysis.lipschitz() > 0) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
   PrintText(fmt::format("{}, {}; {}{}{}", Count(analysis.states(), "state"), Count(analysis.constraints(), "pair"),
                         settings_.nonlinear ? "" : "M: ", analysis.matrix_class(), lipschitz));
   // The reason for the method stands in the result.

@@ -517,6 +517,15 @@ TEST_F(WebPortTest, AnswersOnlyToItsOwnNames) {
                               "localhost:80@evil.example", "[::1]evil.example", "[localhost]", "[", "localhost:x"}) {
     EXPECT_EQ(status(foreign), 421) << foreign;
   }
+  // As proxies send it: the host of the URL counts.
+  const auto proxied = [this](const std::string& url, const std::string& host) {
+    return Fetch(address_, {.path = url, .headers = {{"host", host}}}).status;
+  };
+  EXPECT_EQ(proxied("http://localhost:80/", "evil.example"), 200);
+  EXPECT_EQ(proxied("HTTP://localhost?q=1", "localhost"), 200);
+  EXPECT_EQ(proxied("http://localhost/nothing", "localhost"), 404);
+  EXPECT_EQ(proxied("http://evil.example/", "localhost"), 421);
+  EXPECT_EQ(proxied("http://localhost@evil.example/", "localhost"), 421);
   ServerConfig config;
   config.http_hosts = "dlcs.example.org, other.example";
   Start(config);

@@ -31,6 +31,15 @@ TEST(ListenAddressTest, RefusesWhatIsNotAnAddress) {
   }
 }
 
+TEST(ListenAddressTest, OffersAUnixSocketOnlyWhereOneMayBe) {
+  EXPECT_THAT(std::string(ParseListenAddress("8080").status().message()), HasSubstr("nor unix:/PATH"));
+  for (const char* text : {"8080", "unix:/run/dlcs/socket"}) {
+    const std::string message(ParseHostPort(text).status().message());
+    EXPECT_THAT(message, HasSubstr("is not HOST:PORT")) << text;
+    EXPECT_THAT(message, ::testing::Not(HasSubstr("unix:/PATH"))) << text;
+  }
+}
+
 TEST(ListenAddressTest, ReadsUnixSockets) {
   const absl::StatusOr<ListenAddress> address = ParseListenAddress("unix:/run/dlcs/socket");
   ASSERT_TRUE(address.ok());

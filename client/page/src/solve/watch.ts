@@ -19,7 +19,7 @@ const retryAfter = 1_500;
 /** Events are copied for other tabs only while one of them listens, which it says this often. */
 const listenEvery = 250;
 /** Clocks differ; what counts is how much older events become than the youngest so far. */
-const tooOld = 300;
+const tooOld = 150;
 /** So long a stream may take to catch up with what happened before it. */
 const catchesUpIn = 1_000;
 /** Where the page cannot keep up it asks for the newest iterate of so many milliseconds. */

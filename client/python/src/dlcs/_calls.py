@@ -4,6 +4,7 @@
 import json
 import math
 import os
+import random
 import time
 from typing import Any, Dict, List, Optional, Tuple
 
@@ -11,7 +12,7 @@ import grpc
 from grpc.experimental import ChannelOptions
 
 from . import messages
-from .errors import Error, FailedPrecondition, Unavailable, invalid, shortened, text, whole
+from .errors import Error, FailedPrecondition, ResourceExhausted, Unavailable, invalid, shortened, text, whole
 
 _SERVICES = ("SolverService", "JobService", "ProblemService")
 
@@ -186,6 +187,33 @@ def check_is_solve(job: Any) -> None:
 
 def watch_request(name: str, after: int) -> Any:
     return of_job(messages.WatchSolveJobRequest, name, after_sequence=whole("after", after, 64))
+
+
+class Attempts:
+    """The attempts of one call within its timeout. A busy server refuses a call before it does anything, and says when
+    to try again."""
+
+    def __init__(self, timeout: Optional[float], request: Any):
+        self._end = math.inf if timeout is None else time.monotonic() + timeout
+        self._repeatable = hasattr(request, "SerializeToString")  # an iterator of requests is used up
+
+    def answered(self) -> None:
+        """There is a response, which another attempt would repeat."""
+        self._repeatable = False
+
+    def timeout(self) -> Optional[float]:
+        """Seconds left; None without a timeout."""
+        return None if self._end == math.inf else max(0.0, self._end - time.monotonic())
+
+    def pause(self, error: Error) -> float:
+        """Seconds to wait before the next attempt. Raises `error` where none would help or be in time."""
+        if not (self._repeatable and isinstance(error, ResourceExhausted) and error.retry_after is not None):
+            raise error
+        # Callers that were refused together do not return together.
+        pause = error.retry_after * random.uniform(1, 1.5)
+        if time.monotonic() + pause >= self._end:
+            raise error
+        return pause
 
 
 class Following:

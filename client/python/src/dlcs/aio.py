@@ -10,6 +10,7 @@ import numpy as np
 
 from . import messages, solution
 from ._calls import (
+    Attempts,
     Connection,
     Following,
     check_is_solve,
@@ -80,22 +81,30 @@ class Client:
     async def call(self, method: str, request: Any) -> Any:
         """A call of the contract with one response. Raises Error."""
         call = self._method(method)
-        try:
-            return await call(request, timeout=self._connection.timeout, metadata=self._connection.metadata)
-        except grpc.RpcError as error:
-            raise from_rpc(error) from None
+        attempts = Attempts(self._connection.timeout, request)
+        while True:
+            try:
+                return await call(request, timeout=attempts.timeout(), metadata=self._connection.metadata)
+            except grpc.RpcError as error:
+                failure = from_rpc(error)
+            await asyncio.sleep(attempts.pause(failure))
 
     async def stream(self, method: str, request: Any) -> AsyncIterator[Any]:
         """A call of the contract with many responses. Raises Error."""
         call = self._method(method)
-        responses = call(request, timeout=self._connection.timeout, metadata=self._connection.metadata)
-        try:
-            async for response in responses:
-                yield response
-        except grpc.RpcError as error:
-            raise from_rpc(error) from None
-        finally:
-            responses.cancel()
+        attempts = Attempts(self._connection.timeout, request)
+        while True:
+            responses = call(request, timeout=attempts.timeout(), metadata=self._connection.metadata)
+            try:
+                async for response in responses:
+                    attempts.answered()
+                    yield response
+                return
+            except grpc.RpcError as error:
+                failure = from_rpc(error)
+            finally:
+                responses.cancel()
+            await asyncio.sleep(attempts.pause(failure))
 
     async def solve(self, *args: Any, **kwargs: Any) -> Solution:
         """Solves a problem; the arguments are those of dlcs.solve()."""

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The client: problems in, solutions and jobs out."""
 
-import contextlib
 import os
 import threading
 import time
@@ -12,6 +11,7 @@ import numpy as np
 
 from . import messages
 from ._calls import (
+    Attempts,
     Connection,
     Following,
     check_is_solve,
@@ -32,14 +32,6 @@ from .solution import IterationBase, Solution
 _SOLVE_OPTIONS = ("server", "token", "ca", "cert", "key", "timeout", "dlcsd")
 
 
-@contextlib.contextmanager
-def _errors() -> Iterator[None]:
-    try:
-        yield
-    except grpc.RpcError as error:
-        raise from_rpc(error) from None
-
-
 class Client:
     """A connection to a dlcsd. Threads may share it; use it as a context manager or close() it.
 
@@ -47,7 +39,7 @@ class Client:
       server: HOST:PORT or unix:/PATH. None: DLCS_SERVER, or else a private server on this machine.
       token: of the user, on servers with users.
       ca, cert, key: PEM files for TLS: the authority of the server, and this client's own certificate.
-      timeout: seconds for a call; None waits for ever.
+      timeout: seconds for a call, with the time that a busy server asks to wait; None waits for ever.
       dlcsd: the program of a private server.
     """
 
@@ -83,19 +75,32 @@ class Client:
         check_process()
         if self._closed:
             raise FailedPrecondition("the client is closed", "FAILED_PRECONDITION")
-        with _errors():
-            result = self._methods[method](
-                request, timeout=self._connection.timeout, metadata=self._connection.metadata
-            )
-        return self._stream(result) if hasattr(result, "__next__") else result
+        streams = isinstance(self._methods[method], (grpc.UnaryStreamMultiCallable, grpc.StreamStreamMultiCallable))
+        return (self._stream if streams else self._unary)(self._methods[method], request)
 
-    @staticmethod
-    def _stream(responses: Any) -> Iterator[Any]:
-        try:
-            with _errors():
-                yield from responses
-        finally:
-            responses.cancel()
+    def _unary(self, method: Any, request: Any) -> Any:
+        attempts = Attempts(self._connection.timeout, request)
+        while True:
+            try:
+                return method(request, timeout=attempts.timeout(), metadata=self._connection.metadata)
+            except grpc.RpcError as error:
+                failure = from_rpc(error)
+            time.sleep(attempts.pause(failure))
+
+    def _stream(self, method: Any, request: Any) -> Iterator[Any]:
+        attempts = Attempts(self._connection.timeout, request)
+        while True:
+            responses = method(request, timeout=attempts.timeout(), metadata=self._connection.metadata)
+            try:
+                for response in responses:
+                    attempts.answered()
+                    yield response
+                return
+            except grpc.RpcError as error:
+                failure = from_rpc(error)
+            finally:
+                responses.cancel()
+            time.sleep(attempts.pause(failure))
 
     def solve(self, *args: Any, **kwargs: Any) -> Solution:
         """Solves a problem; the arguments are those of dlcs.solve()."""

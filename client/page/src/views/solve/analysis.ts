@@ -35,7 +35,7 @@ export class AnalysisPanel implements Panel {
           'Steps',
           steps === 0 ? 'chosen for the allowed error' : `${count(steps, 'step')} of at most ${general(step, 4)}`,
         ],
-        ['Lipschitz constant', lipschitz === undefined ? '' : general(lipschitz, 3)],
+        ['Lipschitz constant', lipschitz ? general(lipschitz, 3) : ''],
       ]),
       warnings.length > 0 &&
         h(
