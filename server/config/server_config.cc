@@ -156,7 +156,8 @@ std::vector<std::string> SplitList(const std::string& text) {
 }
 
 absl::Status Validate(const ServerConfig& config) {
-  if (absl::Status address = CheckAddress("--listen", ParseListenAddress(config.listen).status()); !address.ok()) return address;
+  if (absl::Status address = CheckAddress("--listen", ParseListenAddress(config.listen).status()); !address.ok())
+    return address;
   if (absl::Status address = CheckHttpAddress("--metrics-listen", config.metrics_listen); !address.ok()) return address;
   if (absl::Status web = ValidateWebPort(config); !web.ok()) return web;
   if (config.max_concurrent_solves < 0 || config.max_concurrent_solves > 1024) {

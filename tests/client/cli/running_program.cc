@@ -21,9 +21,13 @@
 namespace dlcs::client {
 namespace {
 
+// With OpenBLAS loaded, whatever the program is linked with: its thread may take signals.
 std::vector<std::string> EnvironmentWith(const std::map<std::string, std::string>& variables) {
   std::map<std::string, std::string> all = variables;
-  all.emplace("LD_LIBRARY_PATH", dlcs::testing::OpenblasFolder());
+  all.emplace("LD_PRELOAD", dlcs::testing::OpenblasFolder() + "/libopenblas.so.0");
+#ifdef __SANITIZE_ADDRESS__
+  all.emplace("ASAN_OPTIONS", "verify_asan_link_order=0");  // it defines nothing that the sanitizer does
+#endif
   std::vector<std::string> entries;
   for (char** entry = environ; *entry != nullptr; ++entry) {
     const std::string text = *entry;
