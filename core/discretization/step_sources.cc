@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/weyl_sequence.h"
 
 namespace dlcs {
 namespace {
@@ -204,7 +205,6 @@ void SourceSampler::MoveCheck(double s, StepSources& step) {
 
 std::vector<double> ProbeTimes(const Problem& problem) {
   constexpr int kProbes = 128;
-  constexpr double kGoldenRatio = 0.61803398874989484820;
   const auto is_formula = [](const TimeFunction::Piece& piece) {
     return std::holds_alternative<FormulaFunction>(piece.function);
   };
@@ -214,8 +214,7 @@ std::vector<double> ProbeTimes(const Problem& problem) {
   std::vector<double> times;
   if (!has_formulas(problem.f) && !has_formulas(problem.g)) return times;
   for (int k = 0; k < kProbes; ++k) {
-    const double shift = kGoldenRatio * k;
-    times.push_back(problem.horizon * (k + (shift - std::floor(shift))) / kProbes);
+    times.push_back(problem.horizon * (k + WeylValue(k)) / kProbes);
   }
   return times;
 }

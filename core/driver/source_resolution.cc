@@ -2,17 +2,15 @@
 #include "core/driver/source_resolution.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <vector>
 
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/weyl_sequence.h"
 
 namespace dlcs {
 namespace {
-
-constexpr double kGoldenSection = 0.6180339887498949;
 
 // The last output time that is not after t.
 Index ColumnAt(double t, const std::vector<double>& times) {
@@ -44,7 +42,7 @@ double UnresolvedSources(const Grid& grid, const Solution& solution, const Sourc
   const Index stride = (grid.num_steps() + kMaxSteps - 1) / kMaxSteps;
   std::vector<Vector> from_line, from_parabola;  // one for each step
   Vector largest;
-  double place = 0;
+  int points = 0;
   for (Index k = 0; k < grid.num_steps(); k += stride) {
     const double begin = grid.times[static_cast<std::size_t>(k)], end = grid.times[static_cast<std::size_t>(k) + 1];
     const Index column = ColumnAt(begin, solution.times);
@@ -58,8 +56,7 @@ double UnresolvedSources(const Grid& grid, const Solution& solution, const Sourc
     from_line.push_back(Vector::Zero(left.size()));
     RaiseTo(middle - 0.5 * (left + right), from_line.back());
     for (int point = 0; point < 2; ++point) {
-      place = std::fmod(place + kGoldenSection, 1);
-      const double s = place;
+      const double s = WeylValue(++points);
       const Vector inside = sources(begin + s * (end - begin), Side::kRight, column);
       RaiseTo(inside, largest);
       RaiseTo(inside - (1 - s) * left - s * right, from_line.back());

@@ -9,6 +9,7 @@
 
 #include "core/linalg/abs_times.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/weyl_sequence.h"
 
 namespace dlcs {
 namespace {
@@ -43,11 +44,9 @@ Vector SignsLike(const Eigen::Ref<const Vector>& error, Vector otherwise) {
 // Rounding errors of rows: parts, between a half and one, of their bounds, with signs. A fast state may be the same
 // multiple of the bounds in all rows: by signs alone, what is left of them in slow states may cancel to nothing.
 Vector PartsOfRounding(Index size, unsigned seed) {
-  constexpr double kGoldenRatio = 0.6180339887498949;
   Vector parts = SignsOfRounding(size, seed);
   for (Index i = 0; i < size; ++i) {
-    const double multiple = (static_cast<double>(i) + 1 + seed) * kGoldenRatio;
-    parts[i] *= 0.5 + 0.5 * (multiple - std::floor(multiple));
+    parts[i] *= 0.5 + 0.5 * WeylValue(static_cast<double>(i) + 1 + seed);
   }
   return parts;
 }

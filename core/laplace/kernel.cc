@@ -10,6 +10,7 @@
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_product.h"
+#include "core/linalg/weyl_sequence.h"
 
 namespace dlcs {
 namespace {
@@ -23,7 +24,7 @@ Vector CombinationOfRows(const Matrix& N, const Scheme& scheme) {
   Vector size = RowMaxAbs(Product(N, scheme.y_after)).cwiseMax(RowMaxAbs(Product(N, scheme.y_before)));
   Vector combination(size.size());
   for (Index i = 0; i < size.size(); ++i) {
-    const double weight = 1 + std::fmod(static_cast<double>(i + 1) * 0.6180339887498949, 1);
+    const double weight = 1 + WeylValue(static_cast<double>(i + 1));
     combination[i] = (i % 2 == 0 ? weight : -weight) / (size[i] > 0 ? size[i] : 1);
   }
   return combination;

@@ -14,6 +14,7 @@
 #include <variant>
 
 #include "core/format_number.h"
+#include "core/linalg/weyl_sequence.h"
 #include "core/problem/formula_lexer.h"
 #include "core/problem/formula_syntax.h"
 #include "core/problem/time_function.h"
@@ -151,14 +152,13 @@ bool IsSame(double a, double b) { return std::abs(a - b) <= kSameRatio * std::ab
 // [begin, begin + 2 periods], and at irregular times.
 std::vector<double> OffsetsToCompare(const TimeFunction& function, double begin, double period) {
   constexpr int kIrregular = 67;
-  constexpr double kGolden = 0.6180339887498949;
   constexpr double kShortest = 1e-9;
   constexpr std::array<double, 3> kInside = {0.2113, 0.5, 0.7887};
   std::vector<double> breaks = {0, period};
   for (const double time : BreakPoints(function, begin + 2 * period)) {
     if (time > begin) breaks.push_back(time - begin < period ? time - begin : time - begin - period);
   }
-  for (int k = 1; k <= kIrregular; ++k) breaks.push_back(period * std::fmod(k * kGolden, 1.0));
+  for (int k = 1; k <= kIrregular; ++k) breaks.push_back(period * WeylValue(k));
   std::sort(breaks.begin(), breaks.end());
   std::vector<double> offsets;
   for (std::size_t k = 0; k + 1 < breaks.size(); ++k) {

@@ -8,6 +8,7 @@
 #include "core/lcp/dense/complementary_solver.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/equilibration.h"
+#include "core/linalg/weyl_sequence.h"
 
 namespace dlcs {
 namespace {
@@ -153,12 +154,10 @@ Polyhedron ConvexSolutionSet(const Matrix& M, const Vector& q, const Vector& sol
 }
 
 bool HasOtherPoint(const Polyhedron& polyhedron, const Vector& v) {
-  constexpr double kGoldenRatio = 0.6180339887498949;
   const Units units(polyhedron);
   const Vector inverse = units.scale.column.cwiseInverse();
   Vector direction(v.size());
-  for (Index i = 0; i < v.size(); ++i)
-    direction[i] = inverse[i] * (1 + std::fmod(kGoldenRatio * static_cast<double>(i + 1), 1.0));
+  for (Index i = 0; i < v.size(); ++i) direction[i] = inverse[i] * (1 + WeylValue(static_cast<double>(i + 1)));
   const double largest = std::max(units.bound, 2 * v.cwiseProduct(inverse).lpNorm<Eigen::Infinity>());
   const double far = largest > 0 ? largest : 1;
   for (const double shift : {far, -far}) {

@@ -10,6 +10,7 @@
 
 #include "core/linalg/norms.h"
 #include "core/linalg/structured_matrix.h"
+#include "core/linalg/weyl_sequence.h"
 
 namespace dlcs {
 namespace {
@@ -124,7 +125,7 @@ SparseFactor<Scalar>::SparseFactor(const SparseMatrix& A, const Order& order, Sc
   if (!is_regular_) return;
   // ‖A‖_1 ‖A⁻¹v‖ / ‖v‖ is below the condition number, and seldom far for a v without a pattern.
   Columns probe(A.rows(), 1);
-  for (Index i = 0; i < A.rows(); ++i) probe(i, 0) = (i % 2 ? -1.0 : 1.0) * (1 + std::fmod(0.618 * i, 1.0));
+  for (Index i = 0; i < A.rows(); ++i) probe(i, 0) = (i % 2 ? -1.0 : 1.0) * (1 + WeylValue(static_cast<double>(i)));
   double norm = 0;
   for (Index j = 0; j < ordered.cols(); ++j) norm = NanMax(norm, ordered.col(j).cwiseAbs().sum());
   const double condition = norm * MaxAbs(SolveInOrder(probe).cwiseAbs()) / 2;
