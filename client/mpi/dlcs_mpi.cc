@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dlcs-mpi: `dlcs solve` on the ranks of MPI, and the ranks of a job of dlcsd.
+// dlcs-mpi: runs `dlcs solve`, or a job of dlcsd, on the ranks of MPI.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -17,7 +17,7 @@
 
 #include "client/cli/command_line.h"
 #include "client/cli/commands/command_support.h"
-#include "client/mpi/attend.h"
+#include "client/mpi/rank_job.h"
 #include "client/mpi/rank_solve.h"
 #include "core/mpi/mpi_volume.h"
 #include "core/mpi/mpi_world.h"
@@ -25,8 +25,8 @@
 namespace dlcs::client {
 namespace {
 
-// The command that dlcsd gives to ranks that it starts.
-constexpr std::string_view kAttend = "attend";
+// The command with which dlcsd starts ranks (server/solve_jobs/rank_launcher.cc).
+constexpr std::string_view kRunJob = "attend";
 
 constexpr const char* kUsage =
     "Usage: mpirun -n RANKS dlcs-mpi [--ranks N] [--volume] solve PROBLEM [OPTION...]\n"
@@ -34,45 +34,46 @@ constexpr const char* kUsage =
     "Solves as `dlcs solve` does, with its options, output and exit codes, on all ranks together.\n"
     "\n"
     "  --ranks N  Refuse a world of MPI that does not have N ranks; also DLCS_MPI_RANKS\n"
-    "  --volume   Say at the end what each rank has sent\n"
+    "  --volume   Print at the end how much each rank has sent\n"
     "\n"
     "The ranks share the work of two propagators, --propagator contour (few pairs) and iterative-stepping\n"
     "(many pairs, with --method time-stepping). `dlcs solve --help` lists the options.\n"
     "\n"
-    "`dlcs-mpi attend` is what dlcsd --mpi-launcher has started; it finds its worker in the environment.\n";
+    "`dlcs-mpi attend` is for dlcsd --mpi-launcher, which starts it; it reads the address of dlcsd from the\n"
+    "environment.\n";
 
 struct Arguments {
-  int ranks = 0;  // promised; 0: none
+  int ranks = 0;  // expected; 0: any number
   bool volume = false;
   bool help = false;
-  bool attends = false;               // a worker of dlcsd
-  std::vector<const char*> of_solve;  // argv of dlcs
+  bool runs_job = false;                // of dlcsd
+  std::vector<const char*> solve_argv;  // for the command line of dlcs
   std::string error;
 };
 
-// The number of ranks in `text`; 0 where it is none.
+// The number of ranks in `text`; 0 if it is not one.
 int RanksIn(std::string_view text) {
   int ranks = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ranks);
   return error == std::errc() && end == text.data() + text.size() && ranks > 0 ? ranks : 0;
 }
 
-// What comes before the command belongs to this program.
+// Options before the command are those of this program; the others are those of dlcs.
 Arguments Read(int argc, char** argv) {
   Arguments arguments;
-  arguments.of_solve = {"dlcs"};
-  const auto promise = [&](std::string_view from, std::string_view ranks) {
+  arguments.solve_argv = {"dlcs"};
+  const auto set_ranks = [&](std::string_view from, std::string_view ranks) {
     arguments.ranks = RanksIn(ranks);
     if (arguments.ranks == 0) arguments.error = fmt::format("{} {}: not a number of ranks from 1 on", from, ranks);
   };
-  if (const char* ranks = std::getenv("DLCS_MPI_RANKS")) promise("DLCS_MPI_RANKS", ranks);
+  if (const char* ranks = std::getenv("DLCS_MPI_RANKS")) set_ranks("DLCS_MPI_RANKS", ranks);
   int k = 1;
   for (; k < argc && argv[k][0] == '-' && arguments.error.empty(); ++k) {
     const std::string_view option = argv[k];
     if (option == "--ranks" && k + 1 < argc) {
-      promise(option, argv[++k]);
+      set_ranks(option, argv[++k]);
     } else if (option.starts_with("--ranks=")) {
-      promise("--ranks", option.substr(std::string_view("--ranks=").size()));
+      set_ranks("--ranks", option.substr(std::string_view("--ranks=").size()));
     } else if (option == "--volume") {
       arguments.volume = true;
     } else if (option == "--help" || option == "-h") {
@@ -83,11 +84,11 @@ Arguments Read(int argc, char** argv) {
   }
   if (!arguments.error.empty()) return arguments;
   if (k == argc && !arguments.help) arguments.error = "give a command: dlcs-mpi solve PROBLEM";
-  arguments.attends = k < argc && std::string_view(argv[k]) == kAttend;
-  if (k < argc && !arguments.attends && std::string_view(argv[k]) != "solve") {
+  arguments.runs_job = k < argc && std::string_view(argv[k]) == kRunJob;
+  if (k < argc && !arguments.runs_job && std::string_view(argv[k]) != "solve") {
     arguments.error = fmt::format("{}: no command of dlcs-mpi; it has solve, and dlcs has the others", argv[k]);
   }
-  arguments.of_solve.insert(arguments.of_solve.end(), argv + k, argv + argc);
+  arguments.solve_argv.insert(arguments.solve_argv.end(), argv + k, argv + argc);
   return arguments;
 }
 
@@ -96,7 +97,7 @@ std::string WhyNot(const SolveCommand& command) {
   if (!command.server.address.empty()) {
     return "a solve on a server is not one of these ranks; leave out --server, and unset DLCS_SERVER";
   }
-  if (command.options.ranks() != 0) return "--ranks: stands before the command here, dlcs-mpi --ranks N solve";
+  if (command.options.ranks() != 0) return "--ranks: must precede the command here, dlcs-mpi --ranks N solve";
   if (command.problem_path == "-") return "standard input reaches one rank only; give a file that all ranks can read";
   if (command.deadline_s != SolveCommand().deadline_s) {
     return "--deadline: the clocks of ranks differ; the launcher has a limit, mpirun --timeout SECONDS";
@@ -105,9 +106,10 @@ std::string WhyNot(const SolveCommand& command) {
   return "";
 }
 
-// On every rank the same but for what is printed and written, which the first one does.
+// Called by all ranks. Only the first one prints and writes the result.
 int Solve(const Arguments& arguments, MpiWorld& world) {
-  ParsedCommandLine parsed = ParseCommandLine(static_cast<int>(arguments.of_solve.size()), arguments.of_solve.data());
+  ParsedCommandLine parsed =
+      ParseCommandLine(static_cast<int>(arguments.solve_argv.size()), arguments.solve_argv.data());
   if (const auto* code = std::get_if<ExitCode>(&parsed)) return *code;
   auto& command = std::get<SolveCommand>(parsed);
   if (const std::string why = WhyNot(command); !why.empty()) {
@@ -117,9 +119,9 @@ int Solve(const Arguments& arguments, MpiWorld& world) {
   // Ranks whose clocks end a solve at different steps would wait for each other; the launcher ends them.
   constexpr double kNoDeadline_s = 1e9;
   command.deadline_s = kNoDeadline_s;
-  SolveWays ways = WaysOfRanks(command, world.team());
+  SolveHooks hooks = HooksForRanks(command, world.team());
   if (world.rank() > 0) command.output.clear();
-  return Run(command, std::move(ways));
+  return Run(command, std::move(hooks));
 }
 
 void PrintVolume(const MpiVolume& volume, int rank, std::FILE* out) {
@@ -131,40 +133,42 @@ void PrintVolume(const MpiVolume& volume, int rank, std::FILE* out) {
       volume.collectives);
 }
 
-// The first rank speaks for all. Others write nowhere, but for errors that they alone have.
-class Voice {
+// Only the first rank prints. The output of the others is discarded, and their errors are captured, in case that they
+// alone fail.
+class RankOutput {
  public:
-  explicit Voice(bool is_first) : errors_(fdopen(dup(STDERR_FILENO), "w")) {
+  explicit RankOutput(bool is_first) : errors_(fdopen(dup(STDERR_FILENO), "w")) {
     if (is_first) return;
-    own_ = std::tmpfile();
-    if (!own_ || !errors_ || !std::freopen("/dev/null", "w", stdout)) return;
-    dup2(fileno(own_), STDERR_FILENO);
+    captured_ = std::tmpfile();
+    if (!captured_ || !errors_ || !std::freopen("/dev/null", "w", stdout)) return;
+    dup2(fileno(captured_), STDERR_FILENO);
   }
-  ~Voice() {
-    if (own_) std::fclose(own_);
+  ~RankOutput() {
+    if (captured_) std::fclose(captured_);
     if (errors_) std::fclose(errors_);
   }
-  Voice(const Voice&) = delete;
-  Voice& operator=(const Voice&) = delete;
+  RankOutput(const RankOutput&) = delete;
+  RankOutput& operator=(const RankOutput&) = delete;
 
-  // Standard error, also of ranks that are silent.
+  // The real standard error, on every rank.
   std::FILE* errors() const { return errors_ ? errors_ : stderr; }
-  // Says what this rank has kept to itself.
-  void Tell() const {
-    if (!own_) return;
+  // Prints the captured errors.
+  void PrintCaptured() const {
+    if (!captured_) return;
     std::fflush(stderr);
-    std::rewind(own_);
-    for (int byte = 0; (byte = std::fgetc(own_)) != EOF;) std::fputc(byte, errors());
+    std::rewind(captured_);
+    for (int byte = 0; (byte = std::fgetc(captured_)) != EOF;) std::fputc(byte, errors());
     std::fflush(errors());
   }
 
  private:
   std::FILE* const errors_;
-  std::FILE* own_ = nullptr;
+  std::FILE* captured_ = nullptr;
 };
 
+// Returns the exit code of `work()`. Prints an exception as an error.
 template <typename Work>
-int OrSay(const Work& work) {
+int CatchErrors(const Work& work) {
   try {
     return work();
   } catch (const std::bad_alloc&) {
@@ -174,15 +178,16 @@ int OrSay(const Work& work) {
   }
 }
 
-int AttendOrSay(MpiWorld& world, int promised) {
+int RunJob(MpiWorld& world, int expected_ranks) {
   const auto explain = [&] { fmt::print(stderr, "dlcs-mpi: rank {} failed where others did not\n", world.rank()); };
-  return world.RunTogether([&] { return OrSay([&] { return Attend(world, world.WhyNot(promised)); }); }, explain);
+  const auto run = [&] { return RunRankJob(world, world.WhyNot(expected_ranks)); };
+  return world.RunTogether([&] { return CatchErrors(run); }, explain);
 }
 
 int RunOn(MpiWorld& world, const Arguments& arguments) {
   const bool is_first = world.rank() == 0;
-  if (arguments.attends && arguments.error.empty() && !arguments.help) return AttendOrSay(world, arguments.ranks);
-  const Voice voice(is_first);
+  if (arguments.runs_job && arguments.error.empty() && !arguments.help) return RunJob(world, arguments.ranks);
+  const RankOutput output(is_first);
   if (arguments.help) {
     fmt::print("{}", kUsage);
     return kSolved;
@@ -191,17 +196,17 @@ int RunOn(MpiWorld& world, const Arguments& arguments) {
   if (error.empty()) error = world.WhyNot(arguments.ranks);
   if (!error.empty()) return PrintError(absl::InvalidArgumentError(error), kBadInput);
   const auto explain = [&] {
-    fmt::print(voice.errors(), "dlcs-mpi: rank {} failed where others did not:\n", world.rank());
-    voice.Tell();
+    fmt::print(output.errors(), "dlcs-mpi: rank {} failed where others did not:\n", world.rank());
+    output.PrintCaptured();
   };
-  const int code = world.RunTogether([&] { return OrSay([&] { return Solve(arguments, world); }); }, explain);
+  const int code = world.RunTogether([&] { return CatchErrors([&] { return Solve(arguments, world); }); }, explain);
   const MpiVolume& volume = VolumeOfMpi();
   if (code == kSolved && world.size() > 1 && volume.messages + volume.broadcasts == 0) {
     PrintNotice(
         "every rank did the same work, since this solve has no part that ranks share; --propagator contour and "
         "iterative-stepping have");
   }
-  if (arguments.volume) PrintVolume(volume, world.rank(), voice.errors());
+  if (arguments.volume) PrintVolume(volume, world.rank(), output.errors());
   return code;
 }
 

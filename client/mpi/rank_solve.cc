@@ -32,7 +32,7 @@ bool StepsIteratively(const v1::SolveOptions& options) {
   return options.method() == v1::METHOD_TIME_STEPPING && options.propagator() == v1::PROPAGATOR_KIND_ITERATIVE_STEPPING;
 }
 
-// Whether nobody needs more of the trajectory than its rank has.
+// Whether the trajectory may remain distributed: no rank needs more of it than its own rows.
 bool MayStayWithRanks(const SolveCommand& command) {
   const v1::SolveOptions& options = command.options;
   const bool compares_solves = !options.has_estimate_error() || options.estimate_error();
@@ -52,7 +52,7 @@ bool HaveSameText(const std::string& path, MpiTeam& team) {
   return team.Max(hash) == -team.Max(-hash) && hash >= 0;
 }
 
-// A matrix of this shape without entries.
+// A matrix of the same shape without entries, which stands for `matrix` in the problem.
 v1::Matrix StandIn(const DistributedOperator& matrix) {
   v1::Matrix shape;
   shape.mutable_sparse()->set_rows(static_cast<std::int32_t>(matrix.rows()));
@@ -60,7 +60,7 @@ v1::Matrix StandIn(const DistributedOperator& matrix) {
   return shape;
 }
 
-// Puts the matrices that were read by rows in the place of those that stand for them.
+// Replaces the matrices of StandIn() by those that were read by rows.
 void PutOperators(const Operators& operators, Problem& problem) {
   const std::pair<const char*, StructuredMatrix*> places[] = {{"A", &problem.A}, {"B", &problem.B}, {"N", &problem.N}};
   for (const auto& [key, matrix] : places) {
@@ -70,11 +70,11 @@ void PutOperators(const Operators& operators, Problem& problem) {
   }
 }
 
-// Writes the arrays that rank 0 has and makes room for those of all, which follow.
+// Writes the arrays of rank 0, and allocates those that all ranks write afterwards.
 absl::StatusOr<std::map<std::string, std::uint64_t>> WriteFrame(const std::string& title, const SolveResult& result,
                                                                 const TrajectoryParts& parts, const std::string& path) {
   ResultArrays all = ArraysOf(title, result);
-  // Names that count alone would take as much as columns do.
+  // Without default names such as x1, x2, ..., which would take as much room as a column.
   all.names.clear();
   if (!result.names.states.empty()) all.names.push_back({"state_names", result.names.states});
   if (!result.names.pairs.empty()) all.names.push_back({"pair_names", result.names.pairs});
@@ -99,7 +99,7 @@ absl::StatusOr<std::map<std::string, std::uint64_t>> WriteFrame(const std::strin
   return WriteHdf5WithRoom(all, path);
 }
 
-// On all ranks; `path` is that of the first one.
+// Called by all ranks. `own_path` is used on the first one.
 absl::Status WriteParts(const std::string& title, const SolveResult& result, const std::string& own_path,
                         MpiTeam& team) {
   const TrajectoryParts parts = *std::exchange(team.trajectory(), std::nullopt);
@@ -128,13 +128,13 @@ absl::Status WriteParts(const std::string& title, const SolveResult& result, con
 
 }  // namespace
 
-SolveWays WaysOfRanks(const SolveCommand& command, MpiTeam& team) {
-  SolveWays ways;
-  if (!StepsIteratively(command.options) || !HaveSameText(command.problem_path, team)) return ways;
+SolveHooks HooksForRanks(const SolveCommand& command, MpiTeam& team) {
+  SolveHooks hooks;
+  if (!StepsIteratively(command.options) || !HaveSameText(command.problem_path, team)) return hooks;
   if (MayStayWithRanks(command)) team.KeepTrajectories();
   const auto operators = std::make_shared<Operators>();
-  ways.matrix_files = [&team, operators](const std::string& place,
-                                         const std::string& path) -> std::optional<absl::StatusOr<v1::Matrix>> {
+  hooks.matrix_files = [&team, operators](const std::string& place,
+                                          const std::string& path) -> std::optional<absl::StatusOr<v1::Matrix>> {
     if (place != "A" && place != "B" && place != "N") return std::nullopt;
     if (team.Any(!IsReadByRows(path))) return std::nullopt;
     auto matrix = ReadByRows(path, team);
@@ -142,17 +142,17 @@ SolveWays WaysOfRanks(const SolveCommand& command, MpiTeam& team) {
     operators->insert_or_assign(place, *matrix);
     return StandIn(**matrix);
   };
-  ways.backend = std::make_unique<LocalBackend>(LocalHooks{
+  hooks.backend = std::make_unique<LocalBackend>(LocalHooks{
       .on_problem = [operators](Problem& problem) { PutOperators(*operators, problem); },
       .has_no_trajectory = [&team] { return team.trajectory().has_value(); },
       .processes = team.keeps_trajectories() ? team.size() : 1,
   });
-  ways.write_arrays = [&team](const std::string& title, const SolveResult& result,
-                              const std::string& path) -> std::optional<absl::Status> {
+  hooks.write_arrays = [&team](const std::string& title, const SolveResult& result,
+                               const std::string& path) -> std::optional<absl::Status> {
     if (!team.trajectory()) return std::nullopt;
     return WriteParts(title, result, path, team);
   };
-  return ways;
+  return hooks;
 }
 
 }  // namespace dlcs::client

@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
 
-// A file that is read at any place.
+// A file with random access.
 class PlacedFile {
  public:
   explicit PlacedFile(std::string path) : path_(std::move(path)), file_(open(path_.c_str(), O_RDONLY | O_CLOEXEC)) {}
@@ -37,7 +37,7 @@ class PlacedFile {
   PlacedFile& operator=(const PlacedFile&) = delete;
 
   const std::string& path() const { return path_; }
-  // Of a regular file; 0 of what is none.
+  // The size of a regular file; 0 for anything else.
   std::uint64_t size() const {
     struct stat about {};
     if (file_ < 0 || fstat(file_, &about) != 0 || !S_ISREG(about.st_mode)) return 0;
@@ -71,7 +71,7 @@ absl::Status Agreed(const absl::Status& own, MpiTeam& team) {
   return text.empty() ? absl::OkStatus() : absl::Status(static_cast<absl::StatusCode>(code), text);
 }
 
-// The share of `rank` of `count`.
+// The first index of the share of `rank` in `count` items.
 std::uint64_t ShareBegin(std::uint64_t count, int rank, int ranks) {
   const auto r = static_cast<std::uint64_t>(rank), p = static_cast<std::uint64_t>(ranks);
   return count / p * r + count % p * r / p;
@@ -110,7 +110,7 @@ class MarketShare {
 
   // Reads a piece.
   void Read(RowExchange& exchange) {
-    // A line is no longer than this, or is none of a matrix.
+    // Lines of matrices are never longer than a piece.
     const std::uint64_t count = std::min(kPieceBytes, end_ - at_);
     auto text = file_.Read(at_, count);
     if (!text.ok()) {
@@ -129,7 +129,7 @@ class MarketShare {
       at_ += text->size();
       return;
     }
-    // Once more, for an error with the number of the line.
+    // Parses again, for an error with the number of the line.
     found = ParseMarketLines(*text, LineAt(at_), head_, file_.path(), [](auto, auto, auto) {});
     status_ = found.status();
   }
@@ -137,7 +137,7 @@ class MarketShare {
  private:
   static constexpr std::int64_t kUnknownLine = 2;
 
-  // The begin of the first line that begins at `at` or behind it.
+  // The offset of the first line that begins at `at` or later.
   std::uint64_t LineFrom(std::uint64_t at) const {
     if (at <= head_.bytes) return head_.bytes;
     for (std::uint64_t begin = at - 1;;) {

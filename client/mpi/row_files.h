@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matrices in files of which every rank reads its rows.
+// Reads matrices from files, each rank its own rows.
 
 #ifndef DLCS_CLIENT_MPI_ROW_FILES_H_
 #define DLCS_CLIENT_MPI_ROW_FILES_H_

@@ -31,26 +31,27 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-constexpr milliseconds kLookAtRanks{20};
-// From a request to stop, or from the end of the conversation, to the end of the ranks.
-constexpr milliseconds kPatienceWithRanks{5000};
-// From when a rank was missed to the end of the others: a launcher that misses it too says more about it.
-constexpr milliseconds kPatienceWithLauncher{1000};
+constexpr milliseconds kRankPollInterval{20};
+// Ranks that still run this long after a request to stop, or after the end of the job was received, are ended.
+constexpr milliseconds kStopTimeout{5000};
+// Ranks are ended this long after one was lost. Until then a launcher that notices the loss can print the reason.
+constexpr milliseconds kLauncherTimeout{1000};
 
 using Stream = grpc::ServerReaderWriter<ranks::ToRanks, ranks::FromRanks>;
 
+// Takes the same time for all texts of one length.
 bool IsSame(const std::string& one, const std::string& other) {
   return one.size() == other.size() && CRYPTO_memcmp(one.data(), other.data(), one.size()) == 0;
 }
 
-// The conversation with the first rank, on a thread of gRPC, and the presence of the others, which takes no thread.
-// Other functions from any thread.
-class RankHost final : public ranks::RankLink::WithCallbackMethod_Stay<ranks::RankLink::Service> {
+// The service that the ranks of one attempt call. RunAttempt() uses a thread of gRPC; KeepAlive() uses none. The other
+// functions are safe from any thread.
+class RankService final : public ranks::RankLink::WithCallbackMethod_KeepAlive<ranks::RankLink::Service> {
  public:
-  RankHost(std::string secret, int ranks, ranks::Work work, jobs::JobRun& run)
+  RankService(std::string secret, int ranks, ranks::Work work, jobs::JobRun& run)
       : secret_(std::move(secret)), ranks_(ranks), work_(std::move(work)), run_(run) {}
 
-  grpc::Status Attend(grpc::ServerContext* context, Stream* stream) override {
+  grpc::Status RunAttempt(grpc::ServerContext* context, Stream* stream) override {
     ranks::FromRanks first;
     if (!stream->Read(&first) || !IsSame(first.hello().secret(), secret_)) {
       spdlog::warn("job {}: {} called its worker without the secret", run_.id(), context->peer());
@@ -58,118 +59,123 @@ class RankHost final : public ranks::RankLink::WithCallbackMethod_Stay<ranks::Ra
     }
     {
       const std::lock_guard lock(mutex_);
-      if (has_come_) {
-        spdlog::warn("job {}: {} called its worker where the first rank is already", run_.id(), context->peer());
+      if (is_connected_) {
+        spdlog::warn("job {}: {} called its worker although the first rank is connected", run_.id(), context->peer());
         return {grpc::StatusCode::PERMISSION_DENIED, "the first rank of the attempt is already here"};
       }
-      has_come_ = true;
+      is_connected_ = true;
     }
-    if (const std::string why = WhyNot(first.hello()); !why.empty()) {
-      Conclude(jobs::JobEnd{absl::FailedPreconditionError(why), ""});
+    if (const std::string why = MismatchOf(first.hello()); !why.empty()) {
+      SetEnd(jobs::JobEnd{absl::FailedPreconditionError(why), ""});
       return {grpc::StatusCode::FAILED_PRECONDITION, why};
     }
-    Converse(*stream);
+    Serve(*stream);
     return grpc::Status::OK;
   }
 
-  grpc::ServerBidiReactor<ranks::Hello, ranks::Goodbye>* Stay(grpc::CallbackServerContext* context) override {
-    return new Guest(*this, context->peer());
+  grpc::ServerBidiReactor<ranks::Hello, ranks::KeepAliveResponse>* KeepAlive(
+      grpc::CallbackServerContext* context) override {
+    return new KeepAliveCall(*this, context->peer());
   }
 
-  // Tells the first rank to stop, once it is there. Does not wait for it.
+  // Requests the first rank to stop, as soon as it is connected. Does not wait for it.
   void Stop() {
     const std::lock_guard lock(mutex_);
     wants_stop_ = true;
-    to_tell_.notify_one();
+    changed_.notify_one();
   }
 
   struct State {
-    bool has_come = false;      // the first rank
-    std::optional<int> missed;  // the first that went, or stood still, before it had done its part
+    bool is_connected = false;  // the first rank has called
+    std::optional<int> lost;    // the first one that disconnected or hung before it had done its part
     std::optional<jobs::JobEnd> end;
   };
   State state() const {
     const std::lock_guard lock(mutex_);
-    return {has_come_, missed_, end_};
+    return {is_connected_, lost_, end_};
   }
 
  private:
-  // A rank that is not the first. Deletes itself.
-  class Guest final : public grpc::ServerBidiReactor<ranks::Hello, ranks::Goodbye> {
+  // The KeepAlive() call of one rank. Deletes itself.
+  class KeepAliveCall final : public grpc::ServerBidiReactor<ranks::Hello, ranks::KeepAliveResponse> {
    public:
-    Guest(RankHost& host, std::string peer) : host_(host), peer_(std::move(peer)) { StartRead(&hello_); }
+    KeepAliveCall(RankService& service, std::string peer) : service_(service), peer_(std::move(peer)) {
+      StartRead(&hello_);
+    }
 
     void OnReadDone(bool ok) override {
       if (rank_) {
-        if (!ok) host_.Miss(*rank_);
+        if (!ok) service_.ReportLost(*rank_);
         Finish(grpc::Status::OK);
-      } else if (ok && IsSame(hello_.secret(), host_.secret_)) {
+      } else if (ok && IsSame(hello_.secret(), service_.secret_)) {
         rank_ = hello_.rank();
         StartRead(&hello_);
       } else {
-        spdlog::warn("job {}: {} called its worker without the secret", host_.run_.id(), peer_);
+        spdlog::warn("job {}: {} called its worker without the secret", service_.run_.id(), peer_);
         Finish({grpc::StatusCode::PERMISSION_DENIED, "this is not the secret of the attempt"});
       }
     }
     void OnDone() override { delete this; }
 
    private:
-    RankHost& host_;
+    RankService& service_;
     const std::string peer_;
     ranks::Hello hello_;
-    std::optional<int> rank_;  // once it is known
+    std::optional<int> rank_;  // set by the first Hello
   };
 
-  std::string WhyNot(const ranks::Hello& hello) const {
+  // Why the ranks are not the requested ones; empty if they are.
+  std::string MismatchOf(const ranks::Hello& hello) const {
     if (hello.version() != kVersion) {
       return fmt::format("The ranks are dlcs-mpi {}, and the worker is dlcsd {}.", hello.version(), kVersion);
     }
     if (hello.ranks() == ranks_ && hello.refusal().empty()) return "";
-    return fmt::format("The launcher of this worker started another world than it was asked for: {}.",
+    return fmt::format("The launcher of this worker started a world that was not requested: {}.",
                        hello.refusal().empty() ? fmt::format("{} ranks", hello.ranks()) : hello.refusal());
   }
 
-  void Converse(Stream& stream) {
-    // Whoever asks to stop must not wait for a rank that does not read.
-    std::jthread writer([&](const std::stop_token& is_over) { Tell(stream, is_over); });
-    for (ranks::FromRanks said; stream.Read(&said);) {
-      switch (said.kind_case()) {
+  // Exchanges messages with the first rank until it disconnects.
+  void Serve(Stream& stream) {
+    // A thread of its own, so that Stop() does not wait for a rank that does not read.
+    std::jthread writer([&](const std::stop_token& disconnected) { SendMessages(stream, disconnected); });
+    for (ranks::FromRanks message; stream.Read(&message);) {
+      switch (message.kind_case()) {
         case ranks::FromRanks::kEvent:
-          run_.Emit(static_cast<jobs::EventKind>(said.event().kind()),
-                    std::move(*said.mutable_event()->mutable_payload()));
+          run_.Emit(static_cast<jobs::EventKind>(message.event().kind()),
+                    std::move(*message.mutable_event()->mutable_payload()));
           break;
         case ranks::FromRanks::kWindow:
-          run_.Accept(FromProto(std::move(*said.mutable_window())));
+          run_.Accept(FromProto(std::move(*message.mutable_window())));
           break;
         case ranks::FromRanks::kEnd:
-          Conclude(FromProto(said.end()));
+          SetEnd(FromProto(message.end()));
           break;
         default:
           break;
       }
-      LookWhatIsWanted();
+      UpdateWantedDetail();
     }
     writer.request_stop();
     writer.join();
-    Miss(0);
+    ReportLost(0);
   }
 
-  // The work, and then what comes up.
-  void Tell(Stream& stream, const std::stop_token& is_over) {
+  // Sends the work, and then a request to stop and changes of the wanted detail, until `disconnected` is requested.
+  void SendMessages(Stream& stream, const std::stop_token& disconnected) {
     ranks::ToRanks message;
     *message.mutable_work() = std::move(work_);
     stream.Write(message);
     message.Clear();
-    bool told_stop = false;
-    jobs::EventDetail told_detail;
+    bool sent_stop = false;
+    jobs::EventDetail sent_detail;
     std::unique_lock lock(mutex_);
-    const auto has_news = [&] { return (wants_stop_ && !told_stop) || wanted_ != told_detail; };
-    while (to_tell_.wait(lock, is_over, has_news)) {
-      if (wants_stop_ && !std::exchange(told_stop, true)) {
+    const auto has_news = [&] { return (wants_stop_ && !sent_stop) || wanted_ != sent_detail; };
+    while (changed_.wait(lock, disconnected, has_news)) {
+      if (wants_stop_ && !std::exchange(sent_stop, true)) {
         message.mutable_stop()->set_cause(static_cast<int>(run_.cause()));
       } else {
-        told_detail = wanted_;
-        *message.mutable_detail() = dlcs::ToProto(told_detail);
+        sent_detail = wanted_;
+        *message.mutable_detail() = dlcs::ToProto(sent_detail);
       }
       lock.unlock();
       stream.Write(message);
@@ -177,23 +183,23 @@ class RankHost final : public ranks::RankLink::WithCallbackMethod_Stay<ranks::Ra
     }
   }
 
-  // Looked at with each event: watchers come and go.
-  void LookWhatIsWanted() {
+  // Called for each message, since the watchers of the job may change at any time.
+  void UpdateWantedDetail() {
     const std::shared_ptr<const jobs::EventDetail> wanted = run_.WantedDetail();
     const std::lock_guard lock(mutex_);
     if (wanted_ == *wanted) return;
     wanted_ = *wanted;
-    to_tell_.notify_one();
+    changed_.notify_one();
   }
 
-  void Conclude(jobs::JobEnd end) {
+  void SetEnd(jobs::JobEnd end) {
     const std::lock_guard lock(mutex_);
     if (!end_) end_ = std::move(end);
   }
 
-  void Miss(int rank) {
+  void ReportLost(int rank) {
     const std::lock_guard lock(mutex_);
-    if (!missed_) missed_ = rank;
+    if (!lost_) lost_ = rank;
   }
 
   const std::string secret_;
@@ -202,40 +208,40 @@ class RankHost final : public ranks::RankLink::WithCallbackMethod_Stay<ranks::Ra
   jobs::JobRun& run_;
 
   mutable std::mutex mutex_;
-  std::condition_variable_any to_tell_;
+  std::condition_variable_any changed_;
   jobs::EventDetail wanted_;
-  bool has_come_ = false, wants_stop_ = false;
-  std::optional<int> missed_;
+  bool is_connected_ = false, wants_stop_ = false;
+  std::optional<int> lost_;
   std::optional<jobs::JobEnd> end_;
 };
 
-// The server of one attempt.
-class RankPort {
+// The gRPC server of one attempt.
+class RankServer {
  public:
-  // Listens on `address`, and looks for signs of life of all who call within `patience`.
-  RankPort(RankHost& host, const std::string& address, milliseconds patience) {
+  // Listens on a free port of `address`. A rank that does not respond for `patience` is disconnected.
+  RankServer(RankService& service, const std::string& address, milliseconds patience) {
     const bool is_v6 = address.find(':') != std::string::npos;
     const std::string name = is_v6 ? "[" + address + "]" : address;
     grpc::ServerBuilder builder;
     builder.SetMaxReceiveMessageSize(-1);
-    // Asked after half of it, and missed after the other half, however long ranks have nothing to say.
+    // Sends a ping after half of it, and waits the other half for the response, also while a rank sends nothing.
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, static_cast<int>(patience.count() / 2));
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, static_cast<int>(patience.count() / 2));
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kRankPing_ms / 2);
     builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
     builder.AddListeningPort(name + ":0", grpc::InsecureServerCredentials(), &port_);
-    builder.RegisterService(&host);
+    builder.RegisterService(&service);
     server_ = builder.BuildAndStart();
     address_ = fmt::format("{}:{}", name, port_);
   }
-  ~RankPort() { Close(); }
-  RankPort(const RankPort&) = delete;
-  RankPort& operator=(const RankPort&) = delete;
+  ~RankServer() { Close(); }
+  RankServer(const RankServer&) = delete;
+  RankServer& operator=(const RankServer&) = delete;
 
   bool is_open() const { return server_ != nullptr && port_ > 0; }
   const std::string& address() const { return address_; }
-  // Ends the conversation. Nothing of the host runs any more when it returns.
+  // Ends all calls. When it returns, no function of the service is running.
   void Close() {
     if (server_) server_->Shutdown(std::chrono::system_clock::now());
     server_.reset();
@@ -253,16 +259,16 @@ void EmitLog(const std::string& text, jobs::JobRun& run) {
   run.Emit(jobs::EventKind::kLog, event.SerializeAsString());
 }
 
-// Why there is no end: the launcher has ended, or a rank is missed.
-jobs::JobEnd BrokenOff(const RankLauncher& launcher, const RankHost::State& state, jobs::JobRun& run) {
+// The end of an attempt whose ranks sent none: the launcher has ended, or a rank was lost.
+jobs::JobEnd EndOfLostRanks(const RankLauncher& launcher, const RankService::State& state, jobs::JobRun& run) {
   const std::string how = launcher.HowItEnded();
-  if (!state.has_come && !state.missed && !launcher.WasKilled()) {
+  if (!state.is_connected && !state.lost && !launcher.WasKilled()) {
     return {absl::FailedPreconditionError(
-                fmt::format("The launcher of this worker {} before its first rank was there.", how)),
+                fmt::format("The launcher of this worker {} before its first rank had connected.", how)),
             ""};
   }
-  const std::string missed = state.missed ? fmt::format("rank {} was missed first; ", *state.missed) : "";
-  const std::string text = fmt::format("The ranks of this attempt broke down: {}the launcher {}.", missed, how);
+  const std::string lost = state.lost ? fmt::format("rank {} was lost first; ", *state.lost) : "";
+  const std::string text = fmt::format("The ranks of this attempt broke down: {}the launcher {}.", lost, how);
   spdlog::warn("job {}: {}", run.id(), text);
   EmitLog(text, run);
   return {absl::AbortedError(text), ""};
@@ -293,37 +299,37 @@ jobs::JobEnd SolveOnRanks(const RankSettings& settings, v1::SolveRequest request
   }
 
   const std::string secret = jobs::NewJobId();  // 128 random bits
-  RankHost host(secret, ranks, std::move(work), run);
-  RankPort port(host, settings.host, settings.patience);
-  if (!port.is_open()) {
+  RankService service(secret, ranks, std::move(work), run);
+  RankServer server(service, settings.host, settings.patience);
+  if (!server.is_open()) {
     return {absl::FailedPreconditionError(
                 fmt::format("This worker cannot listen on --mpi-host {} for its ranks.", settings.host)),
             ""};
   }
   const auto launcher = RankLauncher::Start(
-      settings, ranks, {{kWorkerVariable, port.address()}, {kSecretVariable, secret}}, "job " + run.id());
+      settings, ranks, {{kWorkerVariable, server.address()}, {kSecretVariable, secret}}, "job " + run.id());
   if (!launcher.ok()) return {launcher.status(), ""};
 
-  std::optional<steady_clock::time_point> until;  // then they are ended
-  bool told_to_stop = false;
-  while (!(*launcher)->Wait(kLookAtRanks) && (!until || steady_clock::now() < *until)) {
-    if (run.stop().stop_requested() && !std::exchange(told_to_stop, true)) host.Stop();
+  std::optional<steady_clock::time_point> until;  // ranks that still run then are ended
+  bool was_stopped = false;
+  while (!(*launcher)->Wait(kRankPollInterval) && (!until || steady_clock::now() < *until)) {
+    if (run.stop().stop_requested() && !std::exchange(was_stopped, true)) service.Stop();
     if (until) continue;
-    if (const RankHost::State state = host.state(); told_to_stop || state.end) {
-      until = steady_clock::now() + kPatienceWithRanks;
-    } else if (state.missed) {
-      until = steady_clock::now() + kPatienceWithLauncher;
+    if (const RankService::State state = service.state(); was_stopped || state.end) {
+      until = steady_clock::now() + kStopTimeout;
+    } else if (state.lost) {
+      until = steady_clock::now() + kLauncherTimeout;
     }
   }
-  const RankHost::State before = host.state();  // its end takes all ranks along
+  const RankService::State before = service.state();  // End() disconnects all ranks
   (*launcher)->End();
-  port.Close();
-  if (const RankHost::State state = host.state(); state.end) {
+  server.Close();
+  if (const RankService::State state = service.state(); state.end) {
     return *state.end;
   } else if (run.stop().stop_requested()) {
     return {absl::CancelledError(), ""};
   } else {
-    return BrokenOff(**launcher, {state.has_come, before.missed, {}}, run);
+    return EndOfLostRanks(**launcher, {state.is_connected, before.lost, {}}, run);
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An attempt at a job on ranks of MPI, which a launcher starts.
+// One attempt at a job on ranks of MPI, which a launcher starts.
 
 #ifndef DLCS_SERVER_SOLVE_JOBS_RANK_ATTEMPT_H_
 #define DLCS_SERVER_SOLVE_JOBS_RANK_ATTEMPT_H_
@@ -15,15 +15,15 @@
 
 namespace dlcs {
 
-// Starts `request.options().ranks()` ranks for `run`, and is the worker of the first of them: serves RankLink
-// (server/solve_jobs/rank_link.proto) on a free port of `settings.host` for these ranks alone, which know the secret of
-// this attempt. Events, windows and the end are passed on to the run; requests to stop to the ranks, who have some
-// seconds to end before they are ended. Returns when launcher and ranks have ended.
+// Starts `request.options().ranks()` ranks for `run`, and serves RankLink (server/solve_jobs/rank_link.proto) to them
+// on a free port of `settings.host`. Only these ranks know the secret of the attempt. Events, windows and the end are
+// passed to the run, and requests to stop to the ranks, which are ended if they still run some seconds later. Returns
+// when the launcher and the ranks have ended.
 //
-// Ends as jobs::SolveFunction says: as the first rank tells; with FAILED_PRECONDITION where the launcher cannot be
-// started, ends before its first rank is there, or starts another world than it was asked for; ABORTED where ranks are
-// killed, end without a word, or give no sign of life for `settings.patience`. `request` names no uploaded problem.
-// `limits` are those of one rank.
+// The result is that of jobs::SolveFunction, as sent by the first rank. Further errors: FAILED_PRECONDITION if the
+// launcher cannot be started, ends before its first rank has connected, or starts another number of ranks; ABORTED if
+// ranks were killed, end without a result, or do not respond for `settings.patience`. `request` holds the problem
+// itself, not its name. `limits` are those of one rank.
 jobs::JobEnd SolveOnRanks(const RankSettings& settings, v1::SolveRequest request, EarlierAttempts earlier,
                           std::chrono::milliseconds checkpoint_every, const SessionLimits& limits, jobs::JobRun& run);
 

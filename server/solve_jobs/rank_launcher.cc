@@ -28,10 +28,10 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 constexpr char kRanks[] = "{ranks}";
-constexpr milliseconds kLookAtLauncher{20};
-constexpr milliseconds kGraceOfLauncher{3000};
+constexpr milliseconds kLauncherPollInterval{20};
+constexpr milliseconds kTerminateTimeout{3000};
 constexpr std::size_t kMaxLineBytes = 1000;
-constexpr std::size_t kKeptBytes = 600;  // of what was printed last
+constexpr std::size_t kKeptBytes = 600;  // of the last output
 
 bool IsProgram(const std::filesystem::path& path) {
   std::error_code error;
@@ -61,14 +61,14 @@ std::string FindRankProgram(const std::string& name) {
   return FindProgram(name);
 }
 
-// What programs print may be anything.
+// Programs may print any bytes.
 std::string Printable(std::string text) {
-  const auto is_not = [](char c) { return c < ' ' || c > '~'; };
-  std::replace_if(text.begin(), text.end(), is_not, '?');
+  const auto is_unprintable = [](char c) { return c < ' ' || c > '~'; };
+  std::replace_if(text.begin(), text.end(), is_unprintable, '?');
   return text;
 }
 
-// Programs and arguments as exec() takes them.
+// The null-terminated array of pointers that exec() expects.
 std::vector<char*> Pointers(std::vector<std::string>& texts) {
   std::vector<char*> pointers;
   for (std::string& text : texts) pointers.push_back(text.data());
@@ -80,16 +80,17 @@ std::vector<std::string> EnvironmentWith(const std::vector<std::pair<std::string
   std::vector<std::string> entries;
   for (char** entry = environ; *entry != nullptr; ++entry) {
     const std::string text = *entry, name = text.substr(0, text.find('='));
-    const auto is_it = [&name](const auto& variable) { return variable.first == name; };
-    // What this server was told in confidence is not for programs that it starts.
-    if (name.starts_with("DLCSD_") || std::any_of(variables.begin(), variables.end(), is_it)) continue;
+    const auto has_name = [&name](const auto& variable) { return variable.first == name; };
+    // Settings of this server may be secret, so child processes do not inherit them.
+    if (name.starts_with("DLCSD_") || std::any_of(variables.begin(), variables.end(), has_name)) continue;
     entries.push_back(text);
   }
   for (const auto& [name, value] : variables) entries.push_back(name + "=" + value);
   return entries;
 }
 
-// A process group of its own, nothing to read, all output into `output`, and no file of this process.
+// Starts a program in a process group of its own, with an empty standard input, all output written to `output`, and
+// none of the open files of this process.
 absl::StatusOr<pid_t> Spawn(const std::string& path, std::vector<std::string> arguments,
                             std::vector<std::string> environment, int output) {
   posix_spawn_file_actions_t files;
@@ -140,10 +141,10 @@ absl::StatusOr<std::vector<std::string>> SplitLauncher(const std::string& launch
   const auto broken = [&launcher](const char* rule) {
     return absl::InvalidArgumentError(fmt::format("--mpi-launcher {}: {}", launcher, rule));
   };
-  if (quote != '\0') return broken("a quote that opens must close");
+  if (quote != '\0') return broken("a quote is not closed");
   const bool has_ranks = std::any_of(words.begin(), words.end(),
                                      [](const std::string& word) { return word.find(kRanks) != std::string::npos; });
-  if (!has_ranks) return broken("{ranks} must stand where their number goes, as in mpirun -n {ranks}");
+  if (!has_ranks) return broken("{ranks} is missing; it stands for the number of ranks, as in mpirun -n {ranks}");
   return words;
 }
 
@@ -152,14 +153,15 @@ absl::Status CheckRankSettings(const RankSettings& settings) {
   const absl::StatusOr<std::vector<std::string>> words = SplitLauncher(settings.launcher);
   if (!words.ok()) return words.status();
   if (FindProgram(words->front()).empty()) {
-    return absl::InvalidArgumentError(
-        fmt::format("--mpi-launcher {}: {} is no program in PATH; give its path", settings.launcher, words->front()));
+    return absl::InvalidArgumentError(fmt::format("--mpi-launcher {}: {} is not a program in PATH; give its path",
+                                                  settings.launcher, words->front()));
   }
   if (FindRankProgram(settings.program).empty()) {
-    return absl::InvalidArgumentError(fmt::format(
-        "--mpi-program {}: is no program, neither beside dlcsd nor in PATH; deploy/install-packages.sh mpi and a new "
-        "build make dlcs-mpi",
-        settings.program));
+    return absl::InvalidArgumentError(
+        fmt::format("--mpi-program {}: is not a program, neither beside dlcsd nor in PATH; deploy/install-packages.sh "
+                    "mpi and a new "
+                    "build make dlcs-mpi",
+                    settings.program));
   }
   return absl::OkStatus();
 }
@@ -184,7 +186,8 @@ absl::StatusOr<std::unique_ptr<RankLauncher>> RankLauncher::Start(
   }
   std::array<int, 2> pipe{};
   if (pipe2(pipe.data(), O_CLOEXEC) != 0) {
-    return absl::ResourceExhaustedError(fmt::format("A pipe for the output of ranks: {}", std::strerror(errno)));
+    return absl::ResourceExhaustedError(
+        fmt::format("Cannot create a pipe for the output of ranks: {}", std::strerror(errno)));
   }
   spdlog::info("{}: starting {} ranks: {}", name, ranks, fmt::join(words, " "));
   const absl::StatusOr<pid_t> process = Spawn(path, std::move(words), EnvironmentWith(variables), pipe[1]);
@@ -206,11 +209,11 @@ bool RankLauncher::Wait(milliseconds timeout) {
   const auto until = steady_clock::now() + timeout;
   while (!status_) {
     int status = 0;
-    // Without reaping it: then its number is still that of its process group.
+    // Does not reap the process, so that its id still names its process group below.
     siginfo_t info{};
     if (waitid(P_PID, static_cast<id_t>(process_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid != 0) {
       ReadOutput();
-      kill(-process_, SIGKILL);  // what it has left behind
+      kill(-process_, SIGKILL);  // its remaining children
       while (waitpid(process_, &status, 0) < 0 && errno == EINTR) continue;
       ReadOutput();
       if (!line_.empty()) Log(std::exchange(line_, ""));
@@ -219,7 +222,7 @@ bool RankLauncher::Wait(milliseconds timeout) {
     }
     const milliseconds left = std::chrono::duration_cast<milliseconds>(until - steady_clock::now());
     if (left <= milliseconds(0)) break;
-    const milliseconds pause = std::min(left, kLookAtLauncher);
+    const milliseconds pause = std::min(left, kLauncherPollInterval);
     pollfd readable{.fd = output_, .events = POLLIN, .revents = 0};
     if (output_ < 0) {
       std::this_thread::sleep_for(pause);
@@ -233,9 +236,9 @@ bool RankLauncher::Wait(milliseconds timeout) {
 void RankLauncher::End() {
   if (Wait(milliseconds(0))) return;
   kill(-process_, SIGTERM);
-  if (Wait(kGraceOfLauncher)) return;
+  if (Wait(kTerminateTimeout)) return;
   kill(-process_, SIGKILL);
-  while (!Wait(kGraceOfLauncher)) continue;
+  while (!Wait(kTerminateTimeout)) continue;
 }
 
 void RankLauncher::ReadOutput() {
@@ -262,14 +265,14 @@ void RankLauncher::ReadOutput() {
 
 void RankLauncher::Log(const std::string& line) {
   const std::string text = Printable(line);
-  if (text.find_first_not_of(" -") == std::string::npos) return;  // lines that frame messages
+  if (text.find_first_not_of(" -") == std::string::npos) return;  // lines that only separate messages
   spdlog::info("{}: ranks: {}", name_, text);
   last_ += (last_.empty() ? "" : " / ") + text;
   if (last_.size() > kKeptBytes) last_ = last_.substr(last_.size() - kKeptBytes);
 }
 
 bool RankLauncher::WasKilled() const {
-  constexpr int kSignals = 128;  // exit codes of shells and launchers for children that a signal ended
+  constexpr int kSignals = 128;  // shells and launchers add it to the number of the signal that ended a child
   if (!status_) return false;
   return WIFSIGNALED(*status_) || (WIFEXITED(*status_) && WEXITSTATUS(*status_) > kSignals);
 }

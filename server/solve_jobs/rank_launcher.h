@@ -20,29 +20,29 @@ namespace dlcs {
 
 struct RankSettings {
   std::string launcher;  // "mpirun -n {ranks}"; empty: none
-  std::string program;   // dlcs-mpi: a path, or a name that is looked for beside this program and then in PATH
-  std::string host;      // of this machine, as ranks reach it
-  // A rank that gives no sign of life for this long is missed.
+  std::string program;   // dlcs-mpi: a path, or a name to find in the folder of this program or in PATH
+  std::string host;      // name or address at which ranks reach this machine
+  // A rank that does not respond to pings for this long counts as lost.
   std::chrono::milliseconds patience{30'000};
 };
 
-// Names of the variables that tell ranks where their worker is, and prove to the worker that they are its ranks.
-// Launchers pass the environment on, and print what ranks print: nothing secret goes through a pipe.
+// Names of the environment variables with the address of the worker, and with the secret by which the worker recognizes
+// its ranks. Launchers pass the environment to ranks, and print all their output, so nothing secret is printed.
 inline constexpr char kWorkerVariable[] = "DLCS_MPI_WORKER";
 inline constexpr char kSecretVariable[] = "DLCS_MPI_SECRET";
 
-// The words of a launcher, apart by blanks; quotes, single or double, keep blanks. Errors: InvalidArgument where there
-// is no {ranks}, or a quote does not close.
+// Splits the command of a launcher into words at blanks; single or double quotes protect blanks. Errors:
+// InvalidArgument if there is no {ranks}, or a quote is not closed.
 absl::StatusOr<std::vector<std::string>> SplitLauncher(const std::string& launcher);
 
-// OK if launcher and program are there and can be run, by this process. Errors: InvalidArgument naming the flag.
+// OK if this process can execute the launcher and the program. Errors: InvalidArgument naming the flag.
 absl::Status CheckRankSettings(const RankSettings& settings);
 
-// A launcher that runs, with all that it starts. From one thread.
+// A running launcher with all its child processes. Not thread-safe.
 class RankLauncher {
  public:
-  // Starts `ranks` ranks of the program, with these variables in addition to those of this process. What they print,
-  // on standard output too, goes into the log under `name`. Errors: FailedPrecondition where it cannot be started.
+  // Starts `ranks` ranks of the program, with `variables` in addition to the environment of this process. Their output,
+  // standard output too, is logged under `name`. Errors: FailedPrecondition if the launcher cannot be started.
   static absl::StatusOr<std::unique_ptr<RankLauncher>> Start(
       const RankSettings& settings, int ranks, const std::vector<std::pair<std::string, std::string>>& variables,
       std::string name);
@@ -51,15 +51,15 @@ class RankLauncher {
   RankLauncher(const RankLauncher&) = delete;
   RankLauncher& operator=(const RankLauncher&) = delete;
 
-  // Waits at most `timeout` for the launcher to end, and passes on what is printed. Returns whether it has ended.
+  // Waits at most `timeout` for the launcher to end, and logs its output. Returns whether it has ended.
   bool Wait(std::chrono::milliseconds timeout);
-  // Ends the launcher and its process group: asks it to, waits some seconds, and kills them.
+  // Ends the launcher and its process group: sends SIGTERM, waits some seconds, and sends SIGKILL.
   void End();
 
-  // Where it has ended: in words, with what was printed last.
+  // How the launcher ended, as text with its last output. Call it after the end.
   std::string HowItEnded() const;
-  // Where it has ended: whether it or a rank was killed by a signal, as launchers say by their exit code. Then another
-  // attempt may succeed.
+  // Whether the launcher or, by the exit code of the launcher, a rank was killed by a signal. Another attempt may then
+  // succeed. Call it after the end.
   bool WasKilled() const;
 
  private:
@@ -70,11 +70,11 @@ class RankLauncher {
   void Log(const std::string& line);
 
   const pid_t process_;
-  int output_;  // a pipe; -1 after its end
+  int output_;  // the reading end of a pipe; -1 after the end of the output
   const std::string name_;
   std::optional<int> status_;  // of waitpid()
-  std::string line_;           // that is not complete yet
-  std::string last_;           // lines
+  std::string line_;           // incomplete line of output
+  std::string last_;           // last lines of output
 };
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a worker and its first rank say to each other, as messages: both ends of server/solve_jobs/rank_link.proto.
+// Conversions to and from the messages between a worker and its first rank (server/solve_jobs/rank_link.proto).
 
 #ifndef DLCS_SERVER_SOLVE_JOBS_RANK_MESSAGES_H_
 #define DLCS_SERVER_SOLVE_JOBS_RANK_MESSAGES_H_
@@ -24,10 +24,10 @@ ranks::Detail ToProto(const jobs::EventDetail& detail);
 jobs::EventDetail FromProto(const ranks::Detail& detail);
 
 void AddEarlier(const EarlierAttempts& earlier, ranks::Work& work);
-// For a problem of this size. Errors: Internal where it does not fit.
+// The stored results in `work`, for a problem of this size. Errors: Internal if they do not fit the problem.
 absl::StatusOr<EarlierAttempts> EarlierIn(const ranks::Work& work, Index states, Index constraints);
 
-// Ranks notice within twice this that their worker is gone, and ask no less often whether it is there.
+// The interval at which ranks ping their worker. They notice within twice this time that the worker is lost.
 inline constexpr int kRankPing_ms = 15'000;
 
 }  // namespace dlcs

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Jobs of dlcsd on two ranks of MPI: their results, requests to stop, and what is killed, lied to, or started wrongly.
+"""Jobs of dlcsd on two ranks of MPI: results, requests to stop, killed processes, wrong launchers and callers.
 
     mpi_jobs_test.py MPIRUN DLCS DLCS_MPI DLCSD
 """
@@ -19,7 +19,7 @@ import numpy as np
 
 MPIRUN, DLCS, DLCS_MPI, DLCSD = (pathlib.Path(word).resolve() for word in sys.argv[1:5])
 FOLDER = tempfile.TemporaryDirectory()
-# Ranks of one machine need no network, and take turns where they are more than processors, or other work goes on.
+# Ranks on one machine need no network. They yield to each other, since there may be more of them than processors.
 LAUNCHER = f"{MPIRUN} --allow-run-as-root --oversubscribe --bind-to none -n {{ranks}}"
 ENVIRONMENT = {
     **os.environ,
@@ -31,7 +31,7 @@ for variable in ("DLCS_MPI_RANKS", "DLCS_SERVER", "DLCS_CONTEXT"):
     ENVIRONMENT.pop(variable, None)
 
 STEPS = ["--method", "time-stepping", "--propagator", "iterative-stepping", "--no-estimate-error"]
-# A second or more of steps, of which a checkpoint is made every tenth of a second.
+# A second or more of steps, with a checkpoint every tenth of a second.
 SOME = [*STEPS, "--steps", "800", "--at", "0:0.1:1"]
 LONG = [*STEPS, "--steps", "1000000", "--at", "0:0.00002:0.002,1"]
 
@@ -83,7 +83,7 @@ def is_alive(process):
 
 
 def descendants_of(process):
-    """The processes that `process` has started, or those that it has started, with their names."""
+    """All descendants of `process`, with their names."""
     found, parents, processes = [], {process}, []
     for folder in pathlib.Path("/proc").glob("[0-9]*"):
         try:
@@ -99,7 +99,7 @@ def descendants_of(process):
 
 
 def variable_of(process, name):
-    """What a process was started with."""
+    """A variable in the environment of a process."""
     for entry in pathlib.Path(f"/proc/{process}/environ").read_bytes().split(b"\0"):
         if entry.startswith(name.encode() + b"="):
             return entry.split(b"=", 1)[1].decode()
@@ -107,7 +107,7 @@ def variable_of(process, name):
 
 
 class Server:
-    """A dlcsd with a store that has its ranks started by `launcher`."""
+    """A dlcsd with a store, which starts ranks by `launcher`."""
 
     def __init__(self, launcher=LAUNCHER, store=None, flags=()):
         self.store = store or tempfile.mktemp(suffix=".db", dir=FOLDER.name)
@@ -154,7 +154,7 @@ class Server:
         return json.loads(self.dlcs("get", name, "-o", "json").stdout)
 
     def end(self, name, seconds=90):
-        """The job when it has ended."""
+        """Waits for the end of the job and returns it."""
         final = ("JOB_STATE_SUCCEEDED", "JOB_STATE_FAILED", "JOB_STATE_CANCELLED")
         return wait_until(lambda: (job := self.job(name))["state"] in final and job, seconds)
 
@@ -185,7 +185,7 @@ def same(one, other):
 
 
 def alone(problem, *options):
-    """What dlcs-mpi finds on two ranks without a server."""
+    """The trajectory of dlcs-mpi on two ranks without a server."""
     file = path("alone.json")
     done = run(*LAUNCHER.format(ranks=2).split(), DLCS_MPI, "--ranks", 2, "solve", problem, *options, "--output", file)
     assert done.returncode == 0, done.stderr
@@ -203,7 +203,7 @@ class MpiJobsTest(unittest.TestCase):
     def tearDownClass(cls):
         cls.server.__exit__()
 
-    # What a job finds.
+    # Results.
 
     def succeeds_as_alone(self, server, name):
         job = server.end(name)
@@ -253,7 +253,7 @@ class MpiJobsTest(unittest.TestCase):
             said, _ = watch.communicate(timeout=60)
         self.assertIn("every rank did the same work", said)
 
-    # What is refused.
+    # Refused requests.
 
     def refused(self, done, *words, code=2):
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
@@ -301,11 +301,11 @@ class MpiJobsTest(unittest.TestCase):
         wait_until(lambda: not any(map(is_alive, ranks)), 5)
         summary = self.server.events(name)[-1]["summary"]
         self.assertEqual(summary["termination"], "TERMINATION_CANCELLED")
-        # What was solved can be read.
+        # The part solved so far can be read.
         self.assertGreater(len(self.server.trajectory(name, code=3)["times"]), 1)
 
     def test_cancelled_while_it_is_set_up(self):
-        # Of the nodes of a contour, each factored by one rank without a look at others.
+        # A solve with the nodes of a contour, which ranks factor without communication.
         options = ["--method", "laplace-iteration", "--propagator", "contour", "--steps", "200", "--at", "1"]
         name = self.server.submit(wall(24), *options)
         ranks = wait_until(lambda: len(found := self.server.ranks()) == 2 and found)
@@ -334,10 +334,10 @@ class MpiJobsTest(unittest.TestCase):
             self.assertFalse(any(map(is_alive, sleeping)))
 
     def test_a_deadline_gives_what_is_solved(self):
-        # What the launcher waits for was not predicted.
+        # The time in the queue of the launcher was not predicted.
         late = script("late.sh", f"sleep 6\nshift\nexec {LAUNCHER.format(ranks=2)} \"$@\"\n")
         with Server(launcher=f"{late} {{ranks}}") as server:
-            # So fast a diffusion that each step needs multigrid.
+            # The diffusion is so fast that each step needs multigrid.
             slow = wall(16, coefficient=200)
             name = server.submit(slow, *STEPS, "--steps", "7000", "--at", "0:0.001:1", "--within", "10")
             job = server.end(name, 30)
@@ -346,7 +346,7 @@ class MpiJobsTest(unittest.TestCase):
             self.assertEqual(server.events(name)[-1]["summary"]["termination"], "TERMINATION_DEADLINE")
             self.assertGreater(len(server.trajectory(name, code=3)["times"]), 1)
 
-    # What is killed.
+    # Killed processes.
 
     def resumes_after(self, kill):
         name = self.server.submit(wall(16), *SOME)
@@ -374,7 +374,7 @@ class MpiJobsTest(unittest.TestCase):
         self.resumes_after(lambda _: os.kill(descendants_of(self.server.process.pid)[0][0], signal.SIGKILL))
 
     def test_resumed_between_jumps(self):
-        # Where y jumps, its limits on both sides are kept, and the whole problem is looked at.
+        # Where y jumps, the limits from both sides are stored.
         with open(wall(16), encoding="utf-8") as opened:
             problem = json.load(opened)
         problem["g"] = problem["N"]["rows"] * ["0.1 - 0.5*(t >= 0.2) + 0.5*(t >= 0.8)"]
@@ -399,18 +399,18 @@ class MpiJobsTest(unittest.TestCase):
         self.was_resumed(self.server, name)
         self.assertTrue(same(self.server.trajectory(name), alone(wall(8), *options)))
 
-    def test_ranks_that_stand_still_are_missed(self):
-        # Where one rank stands still the other waits for it in MPI, and neither ends. A launcher lets ranks run for
-        # three seconds after SIGTERM: the solve must last longer than that, so each step needs multigrid.
+    def test_ranks_that_hang_are_lost(self):
+        # While one rank hangs, the other one waits for it in MPI, and neither ends. A launcher lets ranks run for three
+        # seconds after SIGTERM, so the solve must last longer than that: each step needs multigrid.
         slow = wall(16, coefficient=200)
         options = [*STEPS, "--steps", "8000", "--at", "0:0.1:1"]
         with Server(flags=["--mpi-patience-ms", "5000"]) as server:
             name = server.submit(slow, *options)
             progress = 0
-            for stands_still in (1, 0):
+            for hanging in (1, 0):
                 ranks = server.ranks_at_work(name, progress + 0.05)
-                os.kill(ranks[stands_still], signal.SIGSTOP)
-                wait_until(lambda: f"broke down: rank {stands_still} was missed first" in server.said(), 30)
+                os.kill(ranks[hanging], signal.SIGSTOP)
+                wait_until(lambda: f"broke down: rank {hanging} was lost first" in server.said(), 30)
                 self.assertFalse(any(map(is_alive, ranks)))
                 progress = server.job(name)["progress"]
             self.assertEqual(server.end(name, 180)["state"], "JOB_STATE_SUCCEEDED")
@@ -435,7 +435,7 @@ class MpiJobsTest(unittest.TestCase):
             name = first.submit(wall(16), *SOME)
             ranks = first.ranks_at_work(name)
         self.assertFalse(any(map(is_alive, ranks)))
-        # A server that starts no ranks leaves it to one that does, and says so.
+        # A server without a launcher leaves the job to one that has a launcher, and reports that.
         with Server(launcher=None, store=first.store) as other:
             without = other.submit(wall(8), *STEPS, "--steps", "10", ranks=0)
             self.assertEqual(other.end(without)["state"], "JOB_STATE_SUCCEEDED")
@@ -455,7 +455,7 @@ class MpiJobsTest(unittest.TestCase):
             self.assertEqual(job["state"], "JOB_STATE_FAILED")
             self.assertIn("3 times without progress", job["error"]["message"])
 
-    # Launchers that are not what they seem, and strangers.
+    # Wrong launchers, and callers that are not ranks of the attempt.
 
     def fails(self, launcher, *words):
         with Server(launcher=launcher) as server:
@@ -470,10 +470,10 @@ class MpiJobsTest(unittest.TestCase):
     def test_a_launcher_that_starts_singletons(self):
         # As srun without --mpi=pmix does.
         singletons = script("singletons.sh", 'shift\n"$@" &\n"$@" &\nwait\n')
-        self.fails(f"{singletons} {{ranks}}", "another world", "1 rank, and 2 were promised")
+        self.fails(f"{singletons} {{ranks}}", "was not requested", "1 rank, and 2 were promised")
 
     def test_a_launcher_that_starts_fewer(self):
-        self.fails(LAUNCHER.replace("{ranks}", "1") + " -x RANKS={ranks}", "another world", "1 rank")
+        self.fails(LAUNCHER.replace("{ranks}", "1") + " -x RANKS={ranks}", "was not requested", "1 rank")
 
     def test_a_launcher_that_refuses(self):
         refuses = script("refuses.sh", "echo no such partition\necho 'ask for less' >&2\nexit 1\n")
@@ -505,7 +505,7 @@ class MpiJobsTest(unittest.TestCase):
         again = run(*attend, DLCS_MPI_WORKER=worker, DLCS_MPI_SECRET=secret)
         self.refused(again, "already here", code=3)
         self.assertIn("without the secret", self.server.said())
-        # The ranks go on as if nothing had been.
+        # The ranks continue undisturbed.
         progress = self.server.job(name)["progress"]
         wait_until(lambda: self.server.job(name)["progress"] > progress)
         self.server.dlcs("cancel", name)

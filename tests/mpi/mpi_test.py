@@ -24,7 +24,7 @@ import scipy.sparse
 MPIRUN, DLCS, DLCS_MPI, PROJECT = (pathlib.Path(word).resolve() for word in sys.argv[1:5])
 RANKS = (1, 2, 4)
 FOLDER = tempfile.TemporaryDirectory()
-# Ranks of one machine need no network, and take turns where they are more than processors, or other work goes on.
+# Ranks on one machine need no network. They yield to each other, since there may be more of them than processors.
 LAUNCHER = [str(MPIRUN), "--allow-run-as-root", "--oversubscribe", "--bind-to", "none"]
 ENVIRONMENT = {
     **os.environ,
@@ -36,7 +36,7 @@ for variable in ("DLCS_MPI_RANKS", "DLCS_SERVER", "DLCS_CONTEXT"):
     ENVIRONMENT.pop(variable, None)
 
 ITERATIVE = ["--method", "time-stepping", "--propagator", "iterative-stepping"]
-TWO_STAGES = ["--propagator", "iterative-stepping"]  # where the method is left open
+TWO_STAGES = ["--propagator", "iterative-stepping"]  # without a method
 
 
 def path(name):
@@ -97,7 +97,7 @@ def column(width, height):
 
 
 class Result:
-    """What a solve wrote, and how it ended."""
+    """The output of a solve, and its exit code."""
 
     def __init__(self, command, file):
         done = run([*command, "--format", "json", "--output", file])
@@ -159,7 +159,7 @@ def write_petsc(file, matrix):
 
 
 def problem_file(name, **changes):
-    """That of a wall with other keys."""
+    """The file of a wall with other keys."""
     with open(wall(8), encoding="utf-8") as opened:
         problem = {**json.load(opened), **changes}
     with open(path(name), "w", encoding="utf-8") as file:
@@ -204,7 +204,7 @@ class MpiTest(unittest.TestCase):
                 active = [(result.trajectory["y"] > 0) for result in (one, many)]
                 self.assertTrue((active[0] == active[1]).all())
                 iterations.append(int(many.propagator["linear_iterations"]))
-                # Sets are looked at before the equations are solved to the end, so one more or less may be tried.
+                # Active sets are checked before the equations are solved completely, so their number may differ by one.
                 changes = [int(result.propagator["set_changes"]) for result in (one, many)]
                 self.assertLessEqual(abs(changes[0] - changes[1]), 1)
         self.assertLessEqual(max(iterations), 1.2 * min(iterations))
@@ -367,7 +367,7 @@ class MpiTest(unittest.TestCase):
     def test_steps_with_the_nodes_of_a_contour_shared(self):
         self.contour_agrees(wall(8), "--method", "exponential-integrator", "--steps", "40", "--at", "0:0.25:1")
 
-    # What is promised.
+    # Promises of the README.
 
     def test_the_same_bits_on_the_same_number_of_ranks(self):
         for options in (ITERATIVE, ["--method", "laplace-iteration", "--propagator", "contour"]):
@@ -377,7 +377,7 @@ class MpiTest(unittest.TestCase):
                 self.assertTrue((first.trajectory[key] == second.trajectory[key]).all(), key)
 
     def test_what_a_rank_sends_in_a_step_does_not_grow_with_the_ranks(self):
-        # Columns of heat of the same size for each rank, one on the other.
+        # A column of heat for each rank, all of the same size, stacked.
         most = {}
         for ranks in (2, 4, 8):
             options = [*ITERATIVE, "--steps", "5", "--at", "1", "--no-estimate-error"]
@@ -401,7 +401,7 @@ class MpiTest(unittest.TestCase):
         solve_it = [str(DLCS_MPI), "solve", wall(8), "--steps", "4"]
         self.refused([*LAUNCHER, "-n", "2", str(DLCS_MPI), "--ranks", "3", *solve_it[1:]], "2 ranks", "3 were promised")
         self.refused(["env", "DLCS_MPI_RANKS=4", *LAUNCHER, "-n", "2", *solve_it], "2 ranks", "4 were promised")
-        # A launcher that does not speak this MPI starts worlds of one rank.
+        # A launcher of another MPI starts worlds of one rank.
         self.refused(["env", "SLURM_STEP_NUM_TASKS=8", *solve_it], "1 rank", "SLURM_STEP_NUM_TASKS = 8", "pmix")
         self.refused(["env", "PMI_SIZE=2", *solve_it], "1 rank", "PMI_SIZE = 2")
 

@@ -17,7 +17,7 @@
 #include "client/cli/commands/interrupt.h"
 #include "client/cli/commands/problem_input.h"
 #include "client/cli/commands/result_plot.h"
-#include "client/cli/commands/solve_ways.h"
+#include "client/cli/commands/solve_hooks.h"
 #include "client/cli/options/solve_option_table.h"
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/last_switchings.h"
@@ -69,7 +69,7 @@ std::set<double> EvenTimes(const v1::SolveOptions& options, double horizon, int 
   return times;
 }
 
-// Whether the end of the solution is not known before.
+// Whether the end time is unknown before the solve.
 bool FindsPeriod(const v1::SolveOptions& options) { return options.period() < 0; }
 
 // A table shows the solution at a few times, unless others were requested. Returns these times; empty: all.
@@ -104,7 +104,7 @@ SolveResult Thinned(const SolveResult& result, const std::set<double>& times) {
 bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1::SolveOptions::GRID_NOT_SET; }
 
 // `is_held`: CSV was not written as it came.
-absl::Status Print(const SolveCommand& command, const SolveWays& ways, const std::string& name,
+absl::Status Print(const SolveCommand& command, const SolveHooks& hooks, const std::string& name,
                    const SolveResult& result, bool is_held, AtomicFile* file) {
   std::FILE* const out = file ? file->stream() : stdout;
   switch (command.format) {
@@ -128,8 +128,8 @@ absl::Status Print(const SolveCommand& command, const SolveWays& ways, const std
     case OutputFormat::kHdf5:
     case OutputFormat::kMat:
     case OutputFormat::kRaw:
-      if (ways.write_arrays) {
-        if (const auto written = ways.write_arrays(name, result, file ? file->written_path() : "")) return *written;
+      if (hooks.write_arrays) {
+        if (const auto written = hooks.write_arrays(name, result, file ? file->written_path() : "")) return *written;
       }
       return WriteArrays(command.format, name, result, out);
   }
@@ -187,13 +187,13 @@ void PrintVerdict(const SolveCommand& command, const SolveResult& result, bool i
 }
 
 // Prints to the file if there is one, to standard output otherwise.
-absl::Status Deliver(const SolveCommand& command, const SolveWays& ways, const std::string& name,
+absl::Status Deliver(const SolveCommand& command, const SolveHooks& hooks, const std::string& name,
                      const SolveResult& result, bool is_held, AtomicFile* file) {
   if (file == nullptr) {
-    const absl::Status printed = Print(command, ways, name, result, is_held, nullptr);
+    const absl::Status printed = Print(command, hooks, name, result, is_held, nullptr);
     return printed.ok() ? FlushStream(stdout, "standard output") : printed;
   }
-  if (absl::Status printed = Print(command, ways, name, result, is_held, file); !printed.ok()) {
+  if (absl::Status printed = Print(command, hooks, name, result, is_held, file); !printed.ok()) {
     return WithFile(printed, file->path());
   }
   const bool whole = !IsStopped(result.summary.termination());
@@ -259,14 +259,14 @@ absl::StatusOr<SolveResult> SolveWithHigherLimits(const SolveCommand& command, v
 
 }  // namespace
 
-ExitCode Run(const SolveCommand& command) { return Run(command, SolveWays()); }
+ExitCode Run(const SolveCommand& command) { return Run(command, SolveHooks()); }
 
-ExitCode Run(const SolveCommand& command, SolveWays ways) {
+ExitCode Run(const SolveCommand& command, SolveHooks hooks) {
   auto reading = !command.quiet && command.problem_path != "-"
                      ? std::make_unique<WaitView>("reads " + command.problem_path)
                      : nullptr;
   absl::StatusOr<ProblemInput> input =
-      ProblemInput::Read(command.problem_path, command.server, command.rule, ways.matrix_files);
+      ProblemInput::Read(command.problem_path, command.server, command.rule, hooks.matrix_files);
   reading.reset();
   if (!input.ok()) return PrintError(input.status(), kBadInput);
   if (!command.quiet) input->PrintNotes();
@@ -281,10 +281,10 @@ ExitCode Run(const SolveCommand& command, SolveWays ways) {
   if (!output.ok()) return PrintError(output.status(), kBadInput);
   // After reading, which Ctrl-C ends as always.
   const Interrupt interrupt;
-  if (!ways.backend) {
+  if (!hooks.backend) {
     auto backend = MakeBackend(command.server, command.quiet);
     if (!backend.ok()) return PrintError(backend.status(), kBadInput);
-    ways.backend = *std::move(backend);
+    hooks.backend = *std::move(backend);
   }
 
   const CallLimits limits{.deadline = std::chrono::duration<double>(command.deadline_s), .stop = interrupt.token()};
@@ -313,18 +313,18 @@ ExitCode Run(const SolveCommand& command, SolveWays ways) {
 
   std::FILE* const stream = *output ? (*output)->stream() : stdout;
   const auto begin = std::chrono::steady_clock::now();
-  auto result = Watch(command, *input, request, *ways.backend, stream, limits);
+  auto result = Watch(command, *input, request, *hooks.backend, stream, limits);
   for (double factor = 100; factor <= 1e6 && result.ok() && input->ReachedLimit(result->summary); factor *= 100) {
     const CallLimits left{.deadline = limits.deadline - (std::chrono::steady_clock::now() - begin),
                           .stop = limits.stop};
-    result = SolveWithHigherLimits(command, request, *input, *ways.backend, stream, factor, left);
+    result = SolveWithHigherLimits(command, request, *input, *hooks.backend, stream, factor, left);
   }
   if (!result.ok()) return PrintCallError(result.status(), input->source());
   input->AddConcerns(result->summary);
 
   const SolveResult thinned = curves ? Thinned(*result, table_times) : SolveResult();
   const SolveResult& shown = curves ? thinned : *result;
-  const absl::Status delivered = Deliver(command, ways, input->title(), shown, input->HasLimits(), output->get());
+  const absl::Status delivered = Deliver(command, hooks, input->title(), shown, input->HasLimits(), output->get());
   if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
   if (!command.quiet) {
     const v1::Method used = result->summary.method();

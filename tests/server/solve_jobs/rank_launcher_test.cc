@@ -68,7 +68,7 @@ TEST_F(RankLauncherProcessTest, GivesNumberProgramAndVariables) {
   const auto launcher = Start("echo \"$@\" > " + folder_.File("words") + "\nenv > " + folder_.File("variables") +
                                   "\nls /proc/self/fd | wc -l > " + folder_.File("files") + "\ncat\n",
                               {{"DLCS_MPI_SECRET", "s"}});
-  ASSERT_TRUE(launcher->Wait(seconds(10)));  // there is nothing to read for cat
+  ASSERT_TRUE(launcher->Wait(seconds(10)));  // cat reads an empty standard input
   unsetenv("DLCSD_STORE");
   EXPECT_EQ(Read("words"), "3 /bin/true --ranks 3 attend\n");
   EXPECT_THAT(Read("variables"), HasSubstr("DLCS_MPI_SECRET=s\n"));
@@ -116,7 +116,7 @@ TEST_F(RankLauncherProcessTest, EndsWhatDoesNotWantToEnd) {
 
 TEST_F(RankLauncherProcessTest, WhatIsNotThereIsRefused) {
   const RankSettings none{.launcher = "no-such-launcher {ranks}", .program = "/bin/true", .host = "127.0.0.1"};
-  EXPECT_THAT(std::string(CheckRankSettings(none).message()), HasSubstr("no-such-launcher is no program in PATH"));
+  EXPECT_THAT(std::string(CheckRankSettings(none).message()), HasSubstr("no-such-launcher is not a program in PATH"));
   EXPECT_EQ(RankLauncher::Start(none, 2, {}, "job x").status().code(), absl::StatusCode::kFailedPrecondition);
   const RankSettings no_ranks{.launcher = "sh {ranks}", .program = "no-such-ranks", .host = "127.0.0.1"};
   EXPECT_THAT(std::string(CheckRankSettings(no_ranks).message()), HasSubstr("--mpi-program no-such-ranks"));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a solve on many processes does in its own way.
+// Hooks for a solve on many processes.
 
-#ifndef DLCS_CLIENT_CLI_COMMANDS_SOLVE_WAYS_H_
-#define DLCS_CLIENT_CLI_COMMANDS_SOLVE_WAYS_H_
+#ifndef DLCS_CLIENT_CLI_COMMANDS_SOLVE_HOOKS_H_
+#define DLCS_CLIENT_CLI_COMMANDS_SOLVE_HOOKS_H_
 
 #include <functional>
 #include <memory>
@@ -16,20 +16,20 @@
 
 namespace dlcs::client {
 
-// What is empty is done as in any other solve.
-struct SolveWays {
+// Empty members have no effect.
+struct SolveHooks {
   MatrixFiles matrix_files;
   std::unique_ptr<Backend> backend;
-  // Writes a result whose trajectory is not in one process, to the new file at `path`; empty in processes that write
-  // none. Returns nothing where the trajectory is in this process.
+  // Writes a result whose trajectory is distributed over processes to the new file at `path`, which is empty in
+  // processes that write no file. Absent if the trajectory is in this process.
   std::function<std::optional<absl::Status>(const std::string& title, const SolveResult& result,
                                             const std::string& path)>
       write_arrays;
 };
 
 // Run() of such a solve, in each of the processes.
-ExitCode Run(const SolveCommand& command, SolveWays ways);
+ExitCode Run(const SolveCommand& command, SolveHooks hooks);
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_CLI_COMMANDS_SOLVE_WAYS_H_
+#endif  // DLCS_CLIENT_CLI_COMMANDS_SOLVE_HOOKS_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/mpi/attend.h"
+#include "client/mpi/rank_job.h"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -35,10 +35,10 @@
 namespace dlcs::client {
 namespace {
 
-// From the loss of the worker to the end of ranks that do not stop by themselves.
-constexpr std::chrono::seconds kPatience{10};
+// The process is ended if the solve has not stopped this long after the worker was lost.
+constexpr std::chrono::seconds kStopTimeout{10};
 
-// The value of a variable that nothing else is to see.
+// Returns the value of a variable and unsets it, so that child processes do not inherit a secret.
 std::string TakeVariable(const char* name) {
   const char* const value = std::getenv(name);
   std::string text = value == nullptr ? "" : value;
@@ -56,8 +56,8 @@ std::shared_ptr<grpc::Channel> ConnectTo(const std::string& worker) {
   return grpc::CreateCustomChannel(worker, grpc::InsecureChannelCredentials(), arguments);
 }
 
-// Ends this process as soon as its parent, the launcher or its daemon on this machine, has ended. A launcher that is
-// killed cannot end its ranks, whose work another attempt does again. Does nothing where the system has no pidfd.
+// Ends this process as soon as its parent, the launcher or its daemon on this machine, has ended. A launcher that was
+// killed cannot end its ranks, and another attempt repeats their work. Does nothing on a system without pidfd.
 void EndWithLauncher() {
   const pid_t parent = getppid();
   // The header for it in glibc 2.36 is not for C++.
@@ -71,47 +71,48 @@ void EndWithLauncher() {
   }).detach();
 }
 
-// What another rank than the first has with the worker, which misses it if it is lost or stands still.
-class Presence {
+// Keeps a stream to the worker open, on every rank but the first, so that the worker notices if the rank is lost or
+// hangs.
+class KeepAliveStream {
  public:
-  explicit Presence(int rank) {
+  explicit KeepAliveStream(int rank) {
     hello_.set_rank(rank);
     hello_.set_secret(TakeVariable(kSecretVariable));
     worker_ = TakeVariable(kWorkerVariable);
     stub_ = ranks::RankLink::NewStub(ConnectTo(worker_));
-    thread_ = std::thread([this] { Come(); });
+    thread_ = std::thread([this] { Run(); });
   }
-  // Says that this rank has done its part.
-  ~Presence() {
+  // Reports to the worker that this rank has done its part.
+  ~KeepAliveStream() {
     {
       const std::lock_guard lock(mutex_);
-      is_leaving_ = true;
-      if (has_come_) {
+      is_closing_ = true;
+      if (is_open_) {
         stream_->Write(hello_);
         stream_->WritesDone();
       } else {
-        context_.TryCancel();  // it may still wait for an answer of the network
+        context_.TryCancel();  // Run() may still wait for the connection
       }
     }
     thread_.join();
   }
-  Presence(const Presence&) = delete;
-  Presence& operator=(const Presence&) = delete;
+  KeepAliveStream(const KeepAliveStream&) = delete;
+  KeepAliveStream& operator=(const KeepAliveStream&) = delete;
 
  private:
-  void Come() {
-    stream_ = stub_->Stay(&context_);
-    const bool was_heard = stream_->Write(hello_);
+  void Run() {
+    stream_ = stub_->KeepAlive(&context_);
+    const bool was_sent = stream_->Write(hello_);
     {
       const std::lock_guard lock(mutex_);
-      has_come_ = was_heard;
-      if (!was_heard && !is_leaving_) {
-        fmt::print(stderr, "dlcs-mpi: rank {} does not reach its worker, {}, which will not miss it if it hangs\n",
+      is_open_ = was_sent;
+      if (!was_sent && !is_closing_) {
+        fmt::print(stderr, "dlcs-mpi: rank {} cannot reach its worker, {}, which will not notice if the rank hangs\n",
                    hello_.rank(), worker_);
       }
     }
-    // The worker's probes are answered at once where somebody waits for the worker, and every five seconds elsewhere.
-    for (ranks::Goodbye goodbye; stream_->Read(&goodbye);) continue;
+    // Without a pending read, gRPC would respond to the worker's pings only every five seconds.
+    for (ranks::KeepAliveResponse none; stream_->Read(&none);) continue;
     stream_->Finish().IgnoreError();
   }
 
@@ -119,22 +120,22 @@ class Presence {
   std::string worker_;
   std::unique_ptr<ranks::RankLink::Stub> stub_;
   grpc::ClientContext context_;
-  std::unique_ptr<grpc::ClientReaderWriter<ranks::Hello, ranks::Goodbye>> stream_;
+  std::unique_ptr<grpc::ClientReaderWriter<ranks::Hello, ranks::KeepAliveResponse>> stream_;
   std::mutex mutex_;
-  bool has_come_ = false, is_leaving_ = false;
+  bool is_open_ = false, is_closing_ = false;
   std::thread thread_;
 };
 
-// The first rank's end of the conversation. The sink is for the thread that solves.
-class WorkerLink final : public AttemptSink {
+// The connection of the first rank to its worker. The functions of AttemptSink are for the thread that solves.
+class WorkerClient final : public AttemptSink {
  public:
-  WorkerLink() : stub_(ranks::RankLink::NewStub(ConnectTo(TakeVariable(kWorkerVariable)))) {}
+  WorkerClient() : stub_(ranks::RankLink::NewStub(ConnectTo(TakeVariable(kWorkerVariable)))) {}
   // Close().
-  ~WorkerLink() override { Close(); }
+  ~WorkerClient() override { Close(); }
 
-  // The work, serialized; empty if there is none, and then standard error has the reason.
-  std::string Receive(int ranks, const std::string& refusal) {
-    stream_ = stub_->Attend(&context_);
+  // Returns the work in serialized form; empty if there is none, and then the reason is on standard error.
+  std::string ReceiveWork(int ranks, const std::string& refusal) {
+    stream_ = stub_->RunAttempt(&context_);
     ranks::FromRanks hello;
     hello.mutable_hello()->set_secret(TakeVariable(kSecretVariable));
     hello.mutable_hello()->set_ranks(ranks);
@@ -145,7 +146,7 @@ class WorkerLink final : public AttemptSink {
       fmt::print(stderr, "dlcs-mpi: no work from the worker: {}\n", Close().error_message());
       return "";
     }
-    reader_ = std::thread([this] { Listen(); });
+    reader_ = std::thread([this] { ReadMessages(); });
     return first.work().SerializeAsString();
   }
 
@@ -167,8 +168,8 @@ class WorkerLink final : public AttemptSink {
   jobs::StopCause cause() const override { return cause_; }
   std::stop_token stop() const { return stop_.get_token(); }
 
-  // Returns whether the worker has got it.
-  bool End(const jobs::JobEnd& end) {
+  // Sends the end of the job. Returns whether the worker has received it.
+  bool SendEnd(const jobs::JobEnd& end) {
     ranks::FromRanks message;
     *message.mutable_end() = ToProto(end);
     {
@@ -181,8 +182,8 @@ class WorkerLink final : public AttemptSink {
   }
 
  private:
-  // On a thread of its own.
-  void Listen() {
+  // Runs on a thread of its own.
+  void ReadMessages() {
     for (ranks::ToRanks message; stream_->Read(&message);) {
       if (message.has_detail()) {
         const std::lock_guard lock(mutex_);
@@ -194,11 +195,11 @@ class WorkerLink final : public AttemptSink {
     }
     std::unique_lock lock(mutex_);
     if (has_ended_) return;
-    std::fputs("dlcs-mpi: the worker is gone\n", stderr);
+    std::fputs("dlcs-mpi: the connection to the worker is lost\n", stderr);
     cause_ = jobs::StopCause::kLeaseLost;
     stop_.request_stop();
-    if (ended_.wait_for(lock, kPatience, [this] { return has_ended_; })) return;
-    // The launcher ends the others.
+    if (ended_.wait_for(lock, kStopTimeout, [this] { return has_ended_; })) return;
+    // The launcher then ends the other ranks.
     _exit(kServiceFailed);
   }
 
@@ -229,7 +230,7 @@ class WorkerLink final : public AttemptSink {
   std::shared_ptr<const jobs::EventDetail> wanted_ = std::make_shared<const jobs::EventDetail>();
 };
 
-// The same on all ranks; `sink` is that of the first one, and null on others.
+// Called by all ranks with the same `work`. `sink` is null on every rank but the first.
 jobs::JobEnd Solve(ranks::Work work, AttemptSink* sink, std::stop_token stop) {
   SessionLimits limits;
   limits.max_memory_bytes = work.max_memory_bytes();
@@ -243,8 +244,8 @@ jobs::JobEnd Solve(ranks::Work work, AttemptSink* sink, std::stop_token stop) {
   return SolveAttempt(*prepared, *std::move(earlier), sink, std::move(stop), nullptr, checkpoint_every);
 }
 
-// Solve(), of which nothing is thrown: the worker hears of what happens to the first rank, and the log of others.
-jobs::JobEnd SolveOrSay(ranks::Work work, int rank, AttemptSink* sink, std::stop_token stop) {
+// Solve() with exceptions turned into a status. The worker receives that of the first rank; all are printed.
+jobs::JobEnd SolveAndCatch(ranks::Work work, int rank, AttemptSink* sink, std::stop_token stop) {
   absl::Status thrown;
   try {
     return Solve(std::move(work), sink, std::move(stop));
@@ -257,7 +258,7 @@ jobs::JobEnd SolveOrSay(ranks::Work work, int rank, AttemptSink* sink, std::stop
   return {thrown, ""};
 }
 
-void SayIfNothingWasShared(const MpiVolume& before, AttemptSink& sink) {
+void LogIfNothingWasShared(const MpiVolume& before, AttemptSink& sink) {
   const MpiVolume& now = VolumeOfMpi();
   if (now.messages + now.broadcasts > before.messages + before.broadcasts) return;
   v1::SolveEvent event;
@@ -269,16 +270,16 @@ void SayIfNothingWasShared(const MpiVolume& before, AttemptSink& sink) {
 
 }  // namespace
 
-int Attend(MpiWorld& world, const std::string& refusal) {
+int RunRankJob(MpiWorld& world, const std::string& refusal) {
   EndWithLauncher();
-  std::unique_ptr<WorkerLink> link;
-  std::optional<Presence> presence;
+  std::unique_ptr<WorkerClient> worker;
+  std::optional<KeepAliveStream> keep_alive;
   if (world.rank() == 0) {
-    link = std::make_unique<WorkerLink>();
+    worker = std::make_unique<WorkerClient>();
   } else if (refusal.empty()) {
-    presence.emplace(world.rank());
+    keep_alive.emplace(world.rank());
   }
-  std::string text = world.OfFirst(link ? link->Receive(world.size(), refusal) : "");
+  std::string text = world.OfFirst(worker ? worker->ReceiveWork(world.size(), refusal) : "");
   if (text.empty()) return refusal.empty() ? kServiceFailed : kBadInput;
   ranks::Work work;
   const bool is_sound = work.ParseFromString(text);
@@ -286,11 +287,11 @@ int Attend(MpiWorld& world, const std::string& refusal) {
   if (!is_sound) return kServiceFailed;
 
   const MpiVolume before = VolumeOfMpi();
-  const std::stop_token stop = world.Agreed(link ? link->stop() : std::stop_token());
-  const jobs::JobEnd end = SolveOrSay(std::move(work), world.rank(), link.get(), stop);
-  if (link && end.status.ok() && world.size() > 1) SayIfNothingWasShared(before, *link);
-  const bool was_told = !link || link->End(end);
-  return was_told && (end.status.ok() || absl::IsCancelled(end.status)) ? kSolved : kServiceFailed;
+  const std::stop_token stop = world.Agreed(worker ? worker->stop() : std::stop_token());
+  const jobs::JobEnd end = SolveAndCatch(std::move(work), world.rank(), worker.get(), stop);
+  if (worker && end.status.ok() && world.size() > 1) LogIfNothingWasShared(before, *worker);
+  const bool was_delivered = !worker || worker->SendEnd(end);
+  return was_delivered && (end.status.ok() || absl::IsCancelled(end.status)) ? kSolved : kServiceFailed;
 }
 
 }  // namespace dlcs::client
