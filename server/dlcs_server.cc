@@ -180,7 +180,7 @@ absl::Status RunningServer::Listen(const ServerConfig& config, ListenAddress add
   server_ = builder.BuildAndStart();
   if (server_ == nullptr) return absl::UnavailableError("gRPC cannot start: see the log");
   address_ = ToString(address);
-  // Before the first call comes: a service without a status does not exist for a probe.
+  // Before the first call: probes report that a service without a status does not exist.
   if (takes_calls_) {
     server_->GetHealthCheckService()->SetServingStatus(v1::SolverService::service_full_name(), true);
   }

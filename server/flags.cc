@@ -256,7 +256,7 @@ bool IsWhole(const CLI::Option& option) { return option.get_type_name().find("IN
 bool IsSwitch(const CLI::Option& option) { return option.get_expected_min() == 0; }
 
 // CLI11 reads numbers that are too large as the largest one, and 010 as eight.
-std::string WhatIsWrongWithWholeNumber(const std::string& text) {
+std::string WholeNumberError(const std::string& text) {
   std::int64_t number = 0;
   const char* const end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data(), end, number);
@@ -336,7 +336,7 @@ class CommandLine {
     AddTokenCommand(app_, new_token_);
     for (CLI::Option* const option : app_.get_options(&IsSetting)) {
       option->envname(VariableOf(option->get_single_name()));
-      if (IsWhole(*option)) option->check(WhatIsWrongWithWholeNumber);
+      if (IsWhole(*option)) option->check(WholeNumberError);
     }
     app_.formatter(std::make_shared<HelpText>());
     app_.footer(kFooter);
@@ -447,8 +447,9 @@ class CommandLine {
   int Refuse(const std::string& message) const {
     const CLI::Option* const option = NamedIn(message);
     const std::string origin = option == nullptr ? "" : OriginOf(*option);
-    const bool tell = !origin.empty() && origin != "flag";
-    std::fprintf(stderr, "dlcsd: %s\n", (WithoutPassword(message) + (tell ? " (" + origin + ")" : "")).c_str());
+    const bool shows_origin = !origin.empty() && origin != "flag";
+    const std::string suffix = shows_origin ? " (" + origin + ")" : "";
+    std::fprintf(stderr, "dlcsd: %s\n", (WithoutPassword(message) + suffix).c_str());
     return 2;
   }
 

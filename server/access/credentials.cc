@@ -57,13 +57,13 @@ std::optional<ForwardedCaller> ForwardedCallerOf(const Access& access, const grp
 }
 
 // gRPC calls this with the headers of every call, before it reads a message or looks up the method.
-void AskAccess(void* state, grpc_auth_context* context, const grpc_metadata* headers, std::size_t count,
-               grpc_process_auth_metadata_done_cb done, void* call) {
+void CheckAccess(void* state, grpc_auth_context* context, const grpc_metadata* headers, std::size_t count,
+                 grpc_process_auth_metadata_done_cb done, void* call) {
   std::string_view path;
   std::optional<std::string_view> authorization;
   for (const grpc_metadata* header = headers; header != headers + count; ++header) {
     if (View(header->key) == ":path") path = View(header->value);
-    // The first, as CallerOf() takes it.
+    // The first one, as in CallerOf().
     if (View(header->key) == kAuthorization && !authorization) authorization = View(header->value);
     if (View(header->key) == kForwardedCaller) {
       static const std::string why =
@@ -90,7 +90,7 @@ class Credentials final : public grpc::ServerCredentials {
     grpc_server_credentials* const credentials = access_.Tls() ? MakeTls() : grpc_insecure_server_credentials_create();
     if (credentials == nullptr) return 0;
     grpc_server_credentials_set_auth_metadata_processor(credentials,
-                                                        {AskAccess, nullptr, const_cast<Access*>(&access_)});
+                                                        {CheckAccess, nullptr, const_cast<Access*>(&access_)});
     const int port = grpc_server_add_http2_port(server, address.c_str(), credentials);
     grpc_server_credentials_release(credentials);
     return port;

@@ -12,10 +12,10 @@
 namespace dlcs {
 namespace {
 
-// "3:abc": texts of any bytes one after the other.
+// Prefixes a text with its length, "3:abc", so that texts of any bytes can be concatenated.
 std::string Counted(const std::string& text) { return fmt::format("{}:", text.size()) + text; }
 
-// Removes one such text from the front of `rest`.
+// Removes one such text from the beginning of `rest`.
 std::optional<std::string> TakeCounted(std::string_view& rest) {
   std::size_t size = 0;
   const auto [colon, error] = std::from_chars(rest.data(), rest.data() + rest.size(), size);

@@ -15,7 +15,7 @@ std::string RandomToken();
 // SHA-256, 32 bytes. A token cannot be guessed, unlike a password, so that no slow hash is needed to hide it.
 std::string TokenHash(std::string_view token);
 
-// "sha256:" and the hash in 64 hexadecimal digits, as it stands in a tokens file.
+// "sha256:" and the hash in 64 hexadecimal digits, as written in a tokens file.
 std::string TokenHashText(std::string_view token);
 
 }  // namespace dlcs

@@ -31,7 +31,7 @@ bool IsUserName(std::string_view text);
 // until all clients have the new one. # begins a comment.
 class Users {
  public:
-  // `file` for messages. Errors: InvalidArgument with file, line and rule, never with what should be secret.
+  // `file` is for messages. Errors: InvalidArgument with file, line and rule, but never with a secret.
   static absl::StatusOr<Users> Parse(std::string_view text, const std::string& file);
   // Reads and parses the file.
   static absl::StatusOr<Users> Read(const std::string& file);

@@ -46,11 +46,11 @@ class WatchedFile {
   void Refresh() {
     std::string stamps = FileStamps(files_);
     if (stamps == stamps_) return;
-    // Taken before reading: what changes meanwhile is read again.
+    // Recorded before reading, so that a change during the read is noticed by the next Refresh().
     stamps_ = std::move(stamps);
     absl::StatusOr<Value> value = load_();
     if (!value.ok()) {
-      return spdlog::error("{}; what was read before stays in force", std::string(value.status().message()));
+      return spdlog::error("{}; the previous content remains in use", std::string(value.status().message()));
     }
     spdlog::info("{}: read again", files_.front());
     const std::lock_guard lock(mutex_);

@@ -15,7 +15,7 @@ namespace {
 // All settings together take some thousand bytes; a larger file is a file of another kind.
 constexpr std::size_t kMaxFileBytes = 1'000'000;
 constexpr std::size_t kMaxLineBytes = 4096;
-constexpr std::size_t kMaxShownBytes = 2 * kMaxLineBytes;  // a line, and what is said of it
+constexpr std::size_t kMaxShownBytes = 2 * kMaxLineBytes;  // a line, and a message about it
 
 constexpr const char* kBlanks = " \t\r";
 
@@ -35,7 +35,7 @@ struct Value {
 
 Value ReadQuoted(const std::string& text) {
   const std::size_t end = text.find(text.front(), 1);
-  if (end == std::string::npos) return {"", "a quote that opens must close on its line"};
+  if (end == std::string::npos) return {"", "a quote is not closed on its line"};
   if (!IsComment(Trimmed(text.substr(end + 1)))) return {"", "only a comment may follow the closing quote"};
   return {text.substr(1, end - 1)};
 }
@@ -81,7 +81,7 @@ absl::StatusOr<std::vector<Setting>> ReadSettings(std::istream& input, const std
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos) return broken("must be key = value, or a comment after #");
     const std::string key = Trimmed(text.substr(0, equals));
-    if (key.empty()) return broken("a key must stand before \"=\"");
+    if (key.empty()) return broken("a key is missing before \"=\"");
     Value value = ReadValue(Trimmed(text.substr(equals + 1)));
     if (value.broken_rule != nullptr) return broken(value.broken_rule);
     if (const auto [earlier, is_new] = lines.emplace(key, number); !is_new) {

@@ -14,7 +14,7 @@
 namespace dlcs {
 namespace {
 
-constexpr double kLongest_s = 100.0 * 365 * 24 * 3600;  // what a clock can be computed with
+constexpr double kLongest_s = 100.0 * 365 * 24 * 3600;  // so that times do not overflow
 
 template <std::integral Integer>
 absl::Status OutOfRange(const char* flag, Integer value, const char* rule) {

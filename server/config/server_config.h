@@ -29,10 +29,10 @@ struct ServerConfig {
   bool reflection = false;
   AccessSettings access;
 
-  // Solves (and single LCPs) under way at once; more are refused with RESOURCE_EXHAUSTED. At least 1. 0 takes one per
-  // processor, but at least 2, so that one long solve does not block all others.
+  // Solves (and single LCPs) that run at the same time; more are refused with RESOURCE_EXHAUSTED. At least 1. 0: one
+  // per processor, but at least 2, so that one long solve does not block all others.
   int max_concurrent_solves = 0;
-  // Threads of one solve; 0 takes all processors.
+  // Threads of one solve; 0: one per processor.
   int threads = 0;
 
   // Larger problems are refused with RESOURCE_EXHAUSTED and the name of the limit. For dense A the time per step grows
@@ -63,17 +63,17 @@ struct ServerConfig {
   std::int64_t lease_ms = 30'000;
   // A worker ends when there has been no job to claim for this long. 0: never.
   double exit_when_idle_s = 0;
-  // How this server starts the ranks of a job that asks for some, "mpirun -n {ranks}" (solve_jobs/rank_launcher.h);
-  // empty: it does not.
+  // The command that starts the ranks of a job, "mpirun -n {ranks}" (solve_jobs/rank_launcher.h); empty: this server
+  // starts no ranks.
   std::string mpi_launcher;
-  // What it starts.
+  // The program that the launcher starts.
   std::string mpi_program = "dlcs-mpi";
-  // The name or address of this machine at which ranks reach it, on a port that is free. Not encrypted.
+  // The name or address at which ranks reach this machine. The port is a free one. Not encrypted.
   std::string mpi_host = "127.0.0.1";
-  // A rank that gives no sign of life for this long is missed: the attempt ends, and the job is resumed.
+  // A rank that does not respond to pings for this long counts as lost: the attempt ends, and the job is resumed.
   std::int64_t mpi_patience_ms = 30'000;
-  // Most ranks of one job. 0 takes one per processor where there is a launcher, and otherwise none. A front, which has
-  // no launcher, admits jobs by it.
+  // The largest number of ranks of one job. 0: one per processor if there is a launcher, otherwise none. A front has no
+  // launcher; it admits jobs up to this limit.
   int max_ranks = 0;
   // The interval at which checkpoints of a running job are stored.
   std::int64_t checkpoint_ms = 1000;

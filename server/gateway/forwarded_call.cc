@@ -16,8 +16,8 @@ std::shared_ptr<ForwardedCall> ForwardedCall::Start(grpc::GenericStub& stub, For
   call->self_ = call;
   stub.PrepareBidiStreamingCall(&call->context_, call->request_.path, grpc::StubOptions(), call.get());
   call->AddHold();  // for reads, which the coroutine starts
-  // Before the server can answer: gRPC's in-process transport drops a message that comes with the status before it was
-  // asked for. Streams send their last message without the status (server/rpc/stream_call.h).
+  // Before the server can respond: gRPC's in-process transport drops a message that arrives with the status before it
+  // was requested. Streams send their last message without the status (server/rpc/stream_call.h).
   call->StartRead(&call->in_);
   call->WriteNext();
   call->StartCall();
@@ -35,8 +35,8 @@ void ForwardedCall::WriteNext() {
     if (written_ == 0) StartWritesDone();
     return;
   }
-  // The slice owns the bytes. gRPC's in-process transport hands them to the server as they are, which may still parse
-  // them when this call has been cancelled and destroyed.
+  // The slice owns the bytes. gRPC's in-process transport passes them to the server without a copy, and the server may
+  // still parse them after this call was cancelled and destroyed.
   auto* const message = new std::string(std::move(request_.messages[written_++]));
   const auto destroy = [](void* owned) { delete static_cast<std::string*>(owned); };
   const grpc::Slice slice(message->data(), message->size(), destroy, message);

@@ -57,7 +57,7 @@ class ForwardedCall final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grp
  private:
   ForwardedCall(ForwardedRequest request, boost::asio::any_io_executor executor);
   void WriteNext();
-  // Suspends the coroutine, calls `begin`, and resumes at Resume(), which may have come before.
+  // Suspends the coroutine, calls `begin`, and resumes at Resume(), which may have been called already.
   boost::asio::awaitable<bool> Suspend(std::function<void()> begin);
   void Resume(bool ok);
 
@@ -70,7 +70,7 @@ class ForwardedCall final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grp
   bool first_read_ = true;  // which Start() has begun
   std::mutex mutex_;        // guards the following members
   std::function<void(bool)> resume_;
-  std::optional<bool> early_;  // Resume() came first
+  std::optional<bool> early_;  // Resume() was called first
   grpc::Status status_;
 };
 

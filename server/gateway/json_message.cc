@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// As deep as protobuf's binary messages. Its JSON parser takes 300 bytes for each '[' of a body.
+// As deep as protobuf's binary messages. Its JSON parser uses 300 bytes for each '[' of a body.
 constexpr int kDeepest = 100;
 
 google::protobuf::util::TypeResolver& Resolver() {
@@ -33,8 +33,8 @@ google::protobuf::util::TypeResolver& Resolver() {
 
 std::string UrlOf(const google::protobuf::Descriptor& type) { return "type.googleapis.com/" + type.full_name(); }
 
-// The pieces of a JSON text. They end outside of strings and behind a separator, so that the parser keeps nothing of
-// one for the next.
+// The pieces of a JSON text. Each ends outside of strings and after a separator, so that the parser keeps no part of it
+// for the next one.
 class JsonPieces final : public google::protobuf::io::ZeroCopyInputStream {
  public:
   JsonPieces(std::string_view json, const JsonBounds& bounds) : json_(json), bounds_(bounds) {}
@@ -134,7 +134,7 @@ std::string ValidUtf8(std::string_view text) {
 
 absl::StatusOr<std::string> JsonToMessage(const google::protobuf::Descriptor& type, const std::string& json,
                                           const JsonBounds& bounds) {
-  // The parser would read all of any other value, and refuse it then.
+  // The parser would read all of any other value before it refuses it.
   const std::size_t first = json.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && json[first] != '{') return NotInJson(type, "it must begin with '{'");
   JsonPieces pieces(first == std::string::npos ? "{}" : std::string_view(json), bounds);
@@ -145,7 +145,7 @@ absl::StatusOr<std::string> JsonToMessage(const google::protobuf::Descriptor& ty
   if (pieces.too_deep()) return NotInJson(type, fmt::format("more than {} levels", kDeepest));
   if (output.is_full()) {
     return absl::ResourceExhaustedError(
-        fmt::format("the body is a {} of more than {} bytes, which are accepted", type.full_name(), bounds.max_bytes));
+        fmt::format("the body is a {} of more than {} bytes, the limit", type.full_name(), bounds.max_bytes));
   }
   if (!status.ok()) return Refused(type, ValidUtf8({status.message().data(), status.message().size()}));
   return message;
@@ -158,7 +158,7 @@ absl::StatusOr<std::string> MessageToJson(const google::protobuf::Descriptor& ty
   std::string json;
   const auto status = google::protobuf::util::BinaryToJsonString(&Resolver(), UrlOf(type), message, &json, options);
   if (status.ok()) return json;
-  return absl::InternalError(fmt::format("a {} that has no JSON: {}", type.full_name(),
+  return absl::InternalError(fmt::format("a {} that cannot be converted to JSON: {}", type.full_name(),
                                          std::string(status.message().data(), status.message().size())));
 }
 

@@ -18,7 +18,7 @@ namespace dlcs {
 struct JsonBounds {
   // Of the message. The JSON of many short numbers takes a quarter of that.
   std::size_t max_bytes = std::numeric_limits<std::size_t>::max();
-  // Called before each piece of the JSON, and ends the translation with false.
+  // Called before each piece of the JSON; false ends the conversion.
   std::function<bool()> is_wanted = [] { return true; };
   // A piece takes some ten milliseconds at most, unless a text in it is longer.
   std::size_t piece_bytes = std::size_t{32} << 10;
@@ -32,7 +32,7 @@ absl::StatusOr<std::string> JsonToMessage(const google::protobuf::Descriptor& ty
 // Errors: Internal for bytes that are no such message, or that have no JSON.
 absl::StatusOr<std::string> MessageToJson(const google::protobuf::Descriptor& type, const std::string& message);
 
-// What a client has sent, for a message of a status, which is a string of protobuf: bytes that are not UTF-8 replaced.
+// `text` from a client with bytes that are not UTF-8 replaced, for the message of a status, which must be UTF-8.
 std::string ValidUtf8(std::string_view text);
 
 }  // namespace dlcs

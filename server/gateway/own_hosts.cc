@@ -23,7 +23,7 @@ std::string HostIn(std::string_view authority) {
     asio::ip::make_address_v6(host, is_no_address);
     if (is_no_address) return "";
   }
-  // Else "evil.com/a.localhost" would end as a name of ours does.
+  // Otherwise "evil.com/a.localhost" would end like a name of this server.
   const auto may_be_in_host = [bracketed](unsigned char c) {
     return absl::ascii_isalnum(c) || c == '-' || c == '.' || c == '_' || (bracketed && (c == ':' || c == '%'));
   };

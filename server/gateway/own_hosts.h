@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The names by which a request may ask for this server.
 //
-// A page of another site can make its own name lead to this server (DNS rebinding), and then has the rights of a page
-// of this server in the browser. The name is still in the header Host, by which such requests are refused.
+// A page of another site can point its own name to this server (DNS rebinding); the browser then treats it as a page of
+// this server. Its requests still have that name in the header Host, so they can be refused.
 
 #ifndef DLCS_SERVER_GATEWAY_OWN_HOSTS_H_
 #define DLCS_SERVER_GATEWAY_OWN_HOSTS_H_

@@ -20,7 +20,7 @@ namespace {
 namespace asio = boost::asio;
 using google::protobuf::MethodDescriptor;
 
-// Translating a message of this size takes about a millisecond.
+// Converting a message of this size takes about a millisecond.
 constexpr std::size_t kLargeBytes = 64 << 10;
 
 // Sends the status of a call that has sent no message.
@@ -36,7 +36,7 @@ asio::awaitable<void> ReplyError(HttpExchange& exchange, const RpcFormat& format
   co_await exchange.Reply(std::move(response));
 }
 
-// The end of a call. gRPC says UNIMPLEMENTED, and no more, of bytes that are not a message of the method.
+// The end of a call. For bytes that are not a message of the method, gRPC reports only UNIMPLEMENTED.
 asio::awaitable<grpc::Status> EndOf(ForwardedCall& call, const MethodDescriptor& method) {
   grpc::Status status = co_await call.Finish();
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED && status.error_message().empty()) {
@@ -137,43 +137,44 @@ asio::awaitable<absl::StatusOr<ForwardedRequest>> RpcGateway::ReadRequest(HttpEx
   }
   forwarded.messages = *std::move(messages);
   if (!format.json) co_return forwarded;
-  std::stop_source left;
-  std::function<void()> leave = [left]() mutable { left.request_stop(); };
-  exchange.OnDisconnect(std::move(leave));
+  std::stop_source stop;
+  std::function<void()> request_stop = [stop]() mutable { stop.request_stop(); };
+  exchange.OnDisconnect(std::move(request_stop));
   for (std::string& message : forwarded.messages) {
-    Translators::Work translate = [this, &method, &message](const std::function<bool()>& is_wanted) {
+    TranscoderPool::Work transcode = [this, &method, &message](const std::function<bool()>& is_wanted) {
       return JsonToMessage(*method.input_type(), message, {.max_bytes = max_message_bytes_, .is_wanted = is_wanted});
     };
     const std::size_t bytes = message.size();
-    std::stop_token disconnected = left.get_token();
+    std::stop_token disconnected = stop.get_token();
     absl::StatusOr<std::string> binary =
-        co_await Translate(exchange, bytes, std::move(disconnected), std::move(translate));
+        co_await Transcode(exchange, bytes, std::move(disconnected), std::move(transcode));
     if (!binary.ok()) co_return binary.status();
     message = *std::move(binary);
   }
   co_return forwarded;
 }
 
-asio::awaitable<absl::StatusOr<std::string>> RpcGateway::Translate(HttpExchange& exchange, std::size_t bytes,
-                                                                   std::stop_token left, Translators::Work work) {
+asio::awaitable<absl::StatusOr<std::string>> RpcGateway::Transcode(HttpExchange& exchange, std::size_t bytes,
+                                                                   std::stop_token disconnected,
+                                                                   TranscoderPool::Work work) {
   if (bytes < kLargeBytes) co_return work([] { return true; });
   asio::any_io_executor executor = exchange.executor();
   absl::StatusOr<std::string> result =
-      co_await translators_.Run(bytes, std::move(left), std::move(executor), std::move(work));
+      co_await transcoders_.Run(bytes, std::move(disconnected), std::move(executor), std::move(work));
   co_return result;
 }
 
 asio::awaitable<absl::StatusOr<std::string>> RpcGateway::Encode(HttpExchange& exchange, const MethodDescriptor& method,
                                                                 const RpcFormat& format, std::string message) {
   if (!format.json) co_return FrameMessage(format, std::move(message));
-  Translators::Work translate = [&](const std::function<bool()>& /*is_wanted*/) {
+  TranscoderPool::Work transcode = [&](const std::function<bool()>& /*is_wanted*/) {
     absl::StatusOr<std::string> json = MessageToJson(*method.output_type(), message);
     if (json.ok()) json = FrameMessage(format, *std::move(json));
     return json;
   };
   const std::size_t bytes = message.size();
   std::stop_token none;
-  absl::StatusOr<std::string> result = co_await Translate(exchange, bytes, std::move(none), std::move(translate));
+  absl::StatusOr<std::string> result = co_await Transcode(exchange, bytes, std::move(none), std::move(transcode));
   co_return result;
 }
 

@@ -16,7 +16,7 @@
 #include "server/access/access.h"
 #include "server/gateway/forwarded_call.h"
 #include "server/gateway/rpc_format.h"
-#include "server/gateway/translators.h"
+#include "server/gateway/transcoder_pool.h"
 #include "server/http/http_server.h"
 
 namespace dlcs {
@@ -43,8 +43,9 @@ class RpcGateway {
   boost::asio::awaitable<void> AnswerStream(HttpExchange& exchange, const google::protobuf::MethodDescriptor& method,
                                             const RpcFormat& format, ForwardedCall& call);
   // Runs `work` at once for a small message, and on another thread for a large one.
-  boost::asio::awaitable<absl::StatusOr<std::string>> Translate(HttpExchange& exchange, std::size_t bytes,
-                                                                std::stop_token left, Translators::Work work);
+  boost::asio::awaitable<absl::StatusOr<std::string>> Transcode(HttpExchange& exchange, std::size_t bytes,
+                                                                std::stop_token disconnected,
+                                                                TranscoderPool::Work work);
   boost::asio::awaitable<absl::StatusOr<std::string>> Encode(HttpExchange& exchange,
                                                              const google::protobuf::MethodDescriptor& method,
                                                              const RpcFormat& format, std::string message);
@@ -52,7 +53,7 @@ class RpcGateway {
   const Access& access_;
   const std::size_t max_message_bytes_;
   grpc::GenericStub stub_;
-  Translators translators_;
+  TranscoderPool transcoders_;
 };
 
 }  // namespace dlcs

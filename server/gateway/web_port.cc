@@ -26,7 +26,7 @@ constexpr const char* kNoPage =
     "This dlcsd was built without its web page. To build it, install npm (deploy/install-packages.sh build does) and\n"
     "build dlcsd again. Calls are served: see proto/README.md.\n";
 
-// Nothing from elsewhere, no script or style in the HTML itself, no frames around it.
+// Nothing from other servers, no script or style in the HTML itself, no frames around the page.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "font-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -163,7 +163,7 @@ class WebPort::State {
                         {"referrer-policy", "no-referrer"},
                         {"cross-origin-opener-policy", "same-origin"},
                         {"cross-origin-resource-policy", "same-origin"},
-                        // The name of every file but the page itself has a hash of its content in it.
+                        // The name of every file except the page itself contains a hash of its content.
                         {"cache-control", request.path == "/" ? "no-cache" : "public, max-age=31536000, immutable"}};
     if (gzip) response.headers.emplace_back("content-encoding", "gzip");
     response.body = gzip ? asset.gzipped : std::string(asset.bytes);

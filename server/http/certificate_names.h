@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who a client is by its certificate.
+// The identity of a client, from its certificate.
 
 #ifndef DLCS_SERVER_HTTP_CERTIFICATE_NAMES_H_
 #define DLCS_SERVER_HTTP_CERTIFICATE_NAMES_H_
@@ -11,8 +11,7 @@
 
 namespace dlcs {
 
-// The common names and the alternative names (hosts, addresses of the internet and of mail, URIs), as gRPC has them in
-// the properties of a peer.
+// The common names and the alternative names (hosts, IP and e-mail addresses, URIs), as in gRPC's properties of a peer.
 std::vector<std::string> NamesIn(X509& certificate);
 
 }  // namespace dlcs

@@ -42,7 +42,8 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 constexpr std::size_t kReadBytes = 16 << 10;
-// Of a body that nobody wanted: what is read before the response, and what after it before the connection is closed.
+// The largest part of an unwanted body that is read before the response, and again after it before the connection is
+// closed.
 constexpr std::size_t kMaxDiscarded = 64 << 10;
 constexpr std::size_t kMaxDrained = 1 << 20;
 
@@ -93,9 +94,9 @@ class Connection final : public HttpConnection {
     while (reading_) co_await ReadArrived();
   }
 
-  void CloseSoon(bool anyway) override {
-    asio::post(stream_.get_executor(), [this, anyway, self = shared_from_this()] {
-      if (anyway || idle_) CloseSocket();
+  void CloseSoon(bool force) override {
+    asio::post(stream_.get_executor(), [this, force, self = shared_from_this()] {
+      if (force || idle_) CloseSocket();
     });
   }
 
@@ -198,8 +199,9 @@ class Connection final : public HttpConnection {
     }
   }
 
-  // What follows an unread body cannot be told from it. Called before the headers of the response, which say so: else a
-  // client sends its next request on this connection, and loses it.
+  // The rest of an unread body cannot be distinguished from the next request, so the connection must be closed. Called
+  // before the headers of the response are written, which announce that; otherwise a client would send its next request
+  // on this connection and lose it.
   void CloseUnlessBodyWasRead() {
     if (!body_was_read_) close_after_ = true;
   }
@@ -239,8 +241,8 @@ class Connection final : public HttpConnection {
     co_return true;
   }
 
-  // Starts to read while the client is not expected to send anything, to notice when it disconnects. What it sends all
-  // the same is kept for the next request. At most one read is under way.
+  // Starts to read while the client is not expected to send anything, to notice when it disconnects. Bytes that it
+  // sends nevertheless are kept for the next request. At most one read is under way.
   void ReadAhead() {
     if (reading_ || gone_ || buffer_.size() > 0) return;
     buffer_.shrink_to_fit();
@@ -294,7 +296,7 @@ class Connection final : public HttpConnection {
     version_ = message.version();
     close_after_ = !message.keep_alive();
     body_was_read_ = parser_->is_done();
-    const char* const doubt = WhatIsAmbiguous(message);
+    const char* const doubt = AmbiguityOf(message);
     if (doubt != nullptr) {
       close_after_ = true;
       parser_.reset();
@@ -335,8 +337,8 @@ class Connection final : public HttpConnection {
     if (gone_) close_after_ = true;
   }
 
-  // Of a request that is refused before its body is read. So the client can send all of it before it sees the response,
-  // and use the connection again; some take a connection that is closed before for an error.
+  // Reads the body of a request that is refused before its body was read, if it is small. So the client can send all of
+  // it and reuse the connection; some clients report an error if the connection is closed before.
   asio::awaitable<void> DiscardSmallBody() {
     if (body_was_read_ || !parser_ || !request_.headers[beast_http::field::expect].empty()) co_return;
     const absl::StatusOr<std::string> ignored = co_await ReadBody(kMaxDiscarded);

@@ -71,8 +71,9 @@ class HttpConnection : public HttpExchange, public std::enable_shared_from_this<
     shared_.ended.notify_all();
   }
 
-  // Closes the connection if it is between two requests, or anyway. From any thread; the caller holds a reference.
-  virtual void CloseSoon(bool anyway) = 0;
+  // Closes the connection if it is idle between two requests, or in any case if `force` is set. From any thread; the
+  // caller holds a reference.
+  virtual void CloseSoon(bool force) = 0;
 
  protected:
   HttpConnections& shared_;

@@ -51,7 +51,7 @@ void SetHead(const HttpHead& head, HttpRequest& request) {
   if (request.path.empty()) request.path = "/";
 }
 
-const char* WhatIsAmbiguous(const HttpHead& head) {
+const char* AmbiguityOf(const HttpHead& head) {
   if (head.count(beast_http::field::host) > 1) return "more than one Host";
   const auto coding = head.find(beast_http::field::transfer_encoding);
   if (coding == head.end()) return nullptr;

@@ -43,9 +43,10 @@ using HttpHead = boost::beast::http::header<true, boost::beast::http::fields>;
 // Sets method, path and headers of `request`. Where the target is a whole URL, its host replaces the header Host.
 void SetHead(const HttpHead& head, HttpRequest& request);
 
-// What proxies before this server may read in another way than Beast's parser does, which skips transfer codings that
-// it does not know; null if there is nothing. A request that two programs end at different bytes hides another one.
-const char* WhatIsAmbiguous(const HttpHead& head);
+// Why a proxy in front of this server may parse the request differently from Beast, which ignores unknown transfer
+// codings; null if there is no reason. If two programs disagree about where a request ends, it can hide a second
+// request (request smuggling).
+const char* AmbiguityOf(const HttpHead& head);
 
 // The status line and the headers of a response, with the empty line that ends them.
 std::string ResponseHead(int status, const HttpHeaders& headers);

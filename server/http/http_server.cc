@@ -93,18 +93,18 @@ class HttpServer::State {
   }
 
  private:
-  void CloseAll(bool anyway) {
-    std::vector<std::shared_ptr<HttpConnection>> open;  // released without the mutex, which destructors take
+  void CloseAll(bool force) {
+    std::vector<std::shared_ptr<HttpConnection>> open;  // released without the mutex, which their destructors lock
     {
       const std::lock_guard lock(shared_.mutex);
       for (HttpConnection* const connection : shared_.connections) {
         if (auto alive = connection->weak_from_this().lock()) open.push_back(std::move(alive));
       }
     }
-    for (const auto& connection : open) connection->CloseSoon(anyway);
+    for (const auto& connection : open) connection->CloseSoon(force);
   }
 
-  // Absent: as long as it takes, closing connections that were accepted late.
+  // If `limit` is absent, waits as long as it takes, and closes connections that were accepted late.
   bool WaitUntilAllEnded(std::optional<milliseconds> limit) {
     const auto all_ended = [this] { return shared_.connections.empty(); };
     std::unique_lock lock(shared_.mutex);

@@ -57,7 +57,7 @@ struct HttpServerOptions {
   // Closes connections that do not finish a handshake or the headers of a request, or do not send more of a body, for
   // this long.
   std::chrono::milliseconds patience{10'000};
-  std::chrono::milliseconds idle{75'000};  // the same between two requests
+  std::chrono::milliseconds idle{75'000};  // the same limit between two requests
 };
 
 // Answers requests with `handler`, one at a time per connection, on a few threads; a waiting response costs no thread.

@@ -26,10 +26,10 @@ CheckpointWriter::~CheckpointWriter() {
   thread_.join();
 }
 
-void CheckpointWriter::Ask(std::weak_ptr<JobRun> run) {
+void CheckpointWriter::Schedule(std::weak_ptr<JobRun> run) {
   {
     const std::lock_guard lock(mutex_);
-    asked_.push_back(std::move(run));
+    scheduled_.push_back(std::move(run));
   }
   changed_.notify_one();
 }
@@ -38,10 +38,10 @@ void CheckpointWriter::Work() {
   milliseconds pause = kFirstRetryPause;
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [this] { return ending_ || !asked_.empty(); });
+    changed_.wait(lock, [this] { return ending_ || !scheduled_.empty(); });
     if (ending_) return;
-    const std::shared_ptr<JobRun> run = asked_.front().lock();
-    asked_.pop_front();
+    const std::shared_ptr<JobRun> run = scheduled_.front().lock();
+    scheduled_.pop_front();
     if (run == nullptr) continue;
     lock.unlock();
     const absl::Status status = run->Write(store_);
@@ -50,7 +50,7 @@ void CheckpointWriter::Work() {
     if (status.ok() || absl::IsAborted(status)) {
       pause = kFirstRetryPause;
     } else {
-      asked_.push_back(run);
+      scheduled_.push_back(run);
       changed_.wait_for(lock, pause, [this] { return ending_; });
       pause = std::min(2 * pause, kLongestRetryPause);
     }

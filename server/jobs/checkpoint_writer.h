@@ -24,7 +24,7 @@ class CheckpointWriter {
   ~CheckpointWriter();
 
   // `run` has something to write.
-  void Ask(std::weak_ptr<JobRun> run);
+  void Schedule(std::weak_ptr<JobRun> run);
 
  private:
   void Work();
@@ -32,7 +32,7 @@ class CheckpointWriter {
   JobStore& store_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<std::weak_ptr<JobRun>> asked_;
+  std::deque<std::weak_ptr<JobRun>> scheduled_;
   bool ending_ = false;
   std::thread thread_;
 };

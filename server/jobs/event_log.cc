@@ -223,7 +223,7 @@ void EventLog::Evict() {
     forgotten_ = transient_.front().sequence;
     transient_.pop_front();
   }
-  // Only now, so that below archived_ there is nothing but what the store has.
+  // Durable events are evicted last and only if they are stored, so that all events up to archived_ are in the store.
   if (!OverLimits() || durable_.empty() || durable_.front().sequence > stored_) return;
   while (OverLimits() && !durable_.empty() && durable_.front().sequence <= stored_) {
     bytes_ -= SizeOf(durable_.front());
@@ -343,7 +343,7 @@ EventWatch::Delivery EventWatch::Deliver(Event event, Duration now) {
 
 void EventWatch::Supply(std::vector<Event> events, std::int64_t through) {
   const std::lock_guard lock(log_->mutex_);
-  // What is in memory as well comes from there, with the transient events around it.
+  // Events that are also in memory are delivered from there, with the transient events between them.
   const std::int64_t archived = log_->archived_;
   for (Event& event : events) {
     if (event.sequence > position_ && event.sequence <= archived) supplied_.push_back(std::move(event));

@@ -68,7 +68,7 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
 
   // Another writer (the store itself, another server) has written events up to `through` into the store: numbers
   // continue after it. `closed` says that the last of them is the summary. Drops all events in memory, so nothing may
-  // be appending. Does nothing if this log has come as far itself.
+  // be appending. Does nothing if this log has reached `through` itself.
   void AdvanceArchive(std::int64_t through, bool closed);
   // A transient event of the server that runs the job, with the number that it has there; the durable events up to
   // `durable_before` are in the store, and there are none between the two. Ignored unless it is newer than all others.
@@ -178,7 +178,7 @@ class EventWatch {
   };
 
   // `ready` is called from the waker's thread after each kNothing, at most once, and may be called shortly after this
-  // object has gone. It must not block. options.heartbeat is cut to kMaxHeartbeat.
+  // object was destroyed. It must not block. options.heartbeat is cut to kMaxHeartbeat.
   EventWatch(std::shared_ptr<EventLog> log, const EventWatchOptions& options, std::function<void()> ready);
   ~EventWatch();
   EventWatch(const EventWatch&) = delete;

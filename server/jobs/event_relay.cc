@@ -11,31 +11,31 @@ EventRelay::EventRelay(JobStore& store, const Clock& clock)
 
 EventRelay::~EventRelay() {
   {
-    const std::lock_guard lock(bell_->mutex);
-    bell_->ending = true;
+    const std::lock_guard lock(shared_->mutex);
+    shared_->ending = true;
   }
-  bell_->rung.notify_one();
+  shared_->changed.notify_one();
   thread_.join();
 }
 
 void EventRelay::Want(const JobId& id, std::shared_ptr<EventLog> log, const EventDetail& detail) {
   {
-    const std::lock_guard lock(bell_->mutex);
-    bell_->wanted.push_back({id, std::move(log), detail});
-    bell_->rings = true;
+    const std::lock_guard lock(shared_->mutex);
+    shared_->wanted.push_back({id, std::move(log), detail});
+    shared_->has_work = true;
   }
-  bell_->rung.notify_one();
+  shared_->changed.notify_one();
 }
 
 void EventRelay::Work() {
   for (;;) {
     std::vector<Wanted> wanted;
     {
-      std::unique_lock lock(bell_->mutex);
-      bell_->rung.wait_for(lock, kFor, [this] { return bell_->rings || bell_->ending; });
-      if (bell_->ending) return;
-      bell_->rings = false;
-      wanted.swap(bell_->wanted);
+      std::unique_lock lock(shared_->mutex);
+      shared_->changed.wait_for(lock, kFor, [this] { return shared_->has_work || shared_->ending; });
+      if (shared_->ending) return;
+      shared_->has_work = false;
+      wanted.swap(shared_->wanted);
     }
     for (Wanted& one : wanted) Begin(std::move(one));
     for (auto one = relayed_.begin(); one != relayed_.end();) {
@@ -53,12 +53,12 @@ void EventRelay::Begin(Wanted wanted) {
   relayed.detail = detail;
   relayed.durable_through = relayed.watch ? relayed.watch->position() : wanted.log->last_sequence();
   const EventWatchOptions options{.after = relayed.durable_through, .detail = detail, .min_interval = kInterval};
-  relayed.watch = std::make_unique<EventWatch>(std::move(wanted.log), options, [bell = bell_] {
+  relayed.watch = std::make_unique<EventWatch>(std::move(wanted.log), options, [shared = shared_] {
     {
-      const std::lock_guard lock(bell->mutex);
-      bell->rings = true;
+      const std::lock_guard lock(shared->mutex);
+      shared->has_work = true;
     }
-    bell->rung.notify_one();
+    shared->changed.notify_one();
   });
 }
 

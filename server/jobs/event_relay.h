@@ -45,11 +45,11 @@ class EventRelay {
     std::int64_t durable_through = 0;  // the last durable event that the watch has passed, or a number above it
     Duration until;
   };
-  // Outlives the relay where a callback is under way.
-  struct Bell {
+  // Shared with callbacks, which may outlive the relay.
+  struct Shared {
     std::mutex mutex;
-    std::condition_variable rung;
-    bool rings = false;
+    std::condition_variable changed;
+    bool has_work = false;
     bool ending = false;
     std::vector<Wanted> wanted;
   };
@@ -61,7 +61,7 @@ class EventRelay {
 
   JobStore& store_;
   const Clock& clock_;
-  const std::shared_ptr<Bell> bell_ = std::make_shared<Bell>();
+  const std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
   std::map<JobId, Relayed> relayed_;
   std::thread thread_;
 };

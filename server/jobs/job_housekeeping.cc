@@ -10,13 +10,13 @@
 namespace dlcs::jobs {
 namespace {
 
-// Minimum time between two requested polls of the queue, since submissions come in bursts.
-constexpr std::chrono::milliseconds kBetweenLooks{20};
+// Minimum time between two polls of the queue that notifications request, since submissions arrive in bursts.
+constexpr std::chrono::milliseconds kMinPollInterval{20};
 
 // A periodic task.
-class Every {
+class PeriodicTask {
  public:
-  Every(Duration period, Duration now) : period_(period), next_(now + period) {}
+  PeriodicTask(Duration period, Duration now) : period_(period), next_(now + period) {}
   bool Due(Duration now) {
     if (now < next_) return false;
     next_ = now + period_;
@@ -33,26 +33,26 @@ class Every {
 
 void JobManager::RunMaintenance() {
   const Duration begin = clock_.Elapsed();
-  Every poll(options_.poll, begin);
-  Every renew(options_.lease / 4, begin);
-  Every ask(options_.ask, begin);
-  Every probe(options_.probe, begin);
-  Every expire(options_.expire_every, begin);
-  Duration next_look = begin;
+  PeriodicTask poll(options_.poll, begin);
+  PeriodicTask renew(options_.lease / 4, begin);
+  PeriodicTask ask(options_.ask, begin);
+  PeriodicTask probe(options_.probe, begin);
+  PeriodicTask expire(options_.expire_every, begin);
+  Duration next_poll = begin;
   std::unique_lock lock(mutex_);
   while (!ending_) {
     Duration due = std::min({poll.next(), renew.next(), ask.next(), probe.next(), expire.next()});
-    if (WantsLook()) due = std::min(due, next_look);
-    Duration pause = changed_jobs_.empty() && !asks_others_ ? due - clock_.Elapsed() : Duration::zero();
+    if (ShouldPoll()) due = std::min(due, next_poll);
+    Duration pause = changed_jobs_.empty() && !interest_changed_ ? due - clock_.Elapsed() : Duration::zero();
     if (const auto deadline = NextDeadline()) pause = std::min(pause, *deadline - clock_.Now());
     if (pause > Duration::zero()) house_.wait_for(lock, pause);
     if (ending_) return;
     const Duration now = clock_.Elapsed();
     const std::set<JobId> changed = std::exchange(changed_jobs_, {});
-    const bool look = WantsLook() && now >= next_look;
-    const bool asks = std::exchange(asks_others_, false);
+    const bool look = ShouldPoll() && now >= next_poll;
+    const bool asks = std::exchange(interest_changed_, false);
     if (look) {
-      next_look = now + kBetweenLooks;
+      next_poll = now + kMinPollInterval;
       work_announced_ = was_notified_ = false;
     }
     lock.unlock();
@@ -63,10 +63,10 @@ void JobManager::RunMaintenance() {
     if (polls || look) {
       FailUnmeetable();
       ReclaimJobs();
-      FollowOthers();
+      FollowRemoteJobs();
     }
     if (polls) MeasureQueue();
-    if (ask.Due(now) || asks) AskOthers();
+    if (ask.Due(now) || asks) PublishInterest();
     // The results of these are not used; Healthy() reports failures.
     if (probe.Due(now)) store_.Probe().IgnoreError();
     if (expire.Due(now)) store_.Expire(options_.expiry).status().IgnoreError();
@@ -122,7 +122,7 @@ void JobManager::MeasureQueue() {
   depth_ = *depth;
 }
 
-void JobManager::FollowOthers() {
+void JobManager::FollowRemoteJobs() {
   std::vector<JobId> others;
   {
     const std::lock_guard lock(mutex_);
@@ -134,10 +134,10 @@ void JobManager::FollowOthers() {
       if (log != nullptr && !log->closed() && !HasEventsOf(id)) others.push_back(id);
     }
   }
-  for (const JobId& id : others) FollowOther(id);
+  for (const JobId& id : others) FollowRemoteJob(id);
 }
 
-void JobManager::FollowOther(const JobId& id) {
+void JobManager::FollowRemoteJob(const JobId& id) {
   const absl::StatusOr<Job> job = store_.Get(std::nullopt, id);
   if (!job.ok() && !absl::IsNotFound(job.status())) return;
   const std::lock_guard lock(mutex_);
@@ -157,7 +157,7 @@ void JobManager::FollowOther(const JobId& id) {
   }
 }
 
-void JobManager::AskOthers() {
+void JobManager::PublishInterest() {
   std::vector<JobChange> questions;
   {
     const std::lock_guard lock(mutex_);
@@ -217,7 +217,7 @@ void JobManager::OnStoreChange(const JobChange& change) {
   house_.notify_one();
 }
 
-bool JobManager::WantsLook() const { return was_notified_ || (work_announced_ && scheduler_.has_free_cores()); }
+bool JobManager::ShouldPoll() const { return was_notified_ || (work_announced_ && scheduler_.has_free_cores()); }
 
 void JobManager::Refresh(const JobId& id) {
   std::shared_ptr<JobRun> run;
@@ -228,7 +228,7 @@ void JobManager::Refresh(const JobId& id) {
   if (run != nullptr && !run->is_shard()) {
     RenewLease(*run);
   } else {
-    FollowOther(id);
+    FollowRemoteJob(id);
   }
 }
 
@@ -275,12 +275,12 @@ void JobManager::EnforceDeadlines() {
 }
 
 void JobManager::FailUnmeetable() {
-  std::vector<JobId> hopeless;
+  std::vector<JobId> unmeetable;
   {
     const std::lock_guard lock(mutex_);
-    hopeless = scheduler_.TakeHopeless();
+    unmeetable = scheduler_.TakeUnmeetable();
   }
-  for (const JobId& id : hopeless) {
+  for (const JobId& id : unmeetable) {
     const JobId candidates[] = {id};
     auto claimed = store_.Claim(options_.worker, options_.lease, candidates);
     if (!claimed.ok() || !claimed->has_value()) continue;  // found again by ReclaimJobs(), if it is still there

@@ -17,15 +17,16 @@ using std::chrono::milliseconds;
 constexpr milliseconds kFirstPause{10};
 constexpr milliseconds kLongestPause{1000};
 constexpr std::chrono::seconds kPatienceWithTheStore{2};
-// The interval after which a job that does not fit is tried again; the end of another job is noticed at once.
-constexpr milliseconds kLookAgain{500};
+// The interval at which a job that does not fit is considered again; the end of another job is noticed at once.
+constexpr milliseconds kRetryInterval{500};
 
-// The queue is measured while somebody asks for it at least this often: it costs the store a look at every job in it.
-constexpr std::chrono::minutes kInterestInDepth{3};
+// The queue is measured only while load() is called at least this often, since the store must read every queued job for
+// it.
+constexpr std::chrono::minutes kDepthInterest{3};
 
-// Named in one claim beside the first. Where many servers claim the same jobs, about as many are taken between two
-// polls of a server.
-constexpr int kMostAlternatives = 100;
+// The most alternatives in one claim. If many servers claim the same jobs, other servers claim about this many between
+// two polls of this one.
+constexpr int kMaxAlternatives = 100;
 
 absl::Status Draining() { return absl::UnavailableError("The server is shutting down: try another one, or later."); }
 
@@ -103,10 +104,10 @@ absl::StatusOr<Demand> JobManager::Check(const Submission& submission) const {
   return demand;
 }
 
-absl::Status JobManager::CheckPlaces(const std::string& owner) const {
+absl::Status JobManager::CheckQueueSpace(const std::string& owner) const {
   const std::lock_guard lock(mutex_);
   if (draining_) return Draining();
-  const std::optional<Refusal> refusal = scheduler_.RefuseForPlaces(owner);
+  const std::optional<Refusal> refusal = scheduler_.RefuseIfFull(owner);
   return refusal.has_value() ? ToStatus(*refusal) : absl::OkStatus();
 }
 
@@ -117,7 +118,7 @@ absl::StatusOr<JobStore::Created> JobManager::Submit(const Submission& submissio
   if (!earlier.ok()) return earlier.status();
   if (earlier->has_value()) return JobStore::Created{.job = **std::move(earlier), .existed = true};
   // Checked first, since predicting takes longer than refusing.
-  if (absl::Status full = CheckPlaces(submission.owner); !full.ok()) return full;
+  if (absl::Status full = CheckQueueSpace(submission.owner); !full.ok()) return full;
 
   const absl::StatusOr<Demand> demand = DemandOf(submission);
   if (!demand.ok()) return demand.status();
@@ -172,7 +173,7 @@ absl::StatusOr<Job> JobManager::Cancel(const std::optional<std::string>& owner, 
   if (run->is_shard()) {
     run->Stop(StopCause::kCancelled);
   } else if (job->state == JobState::kCancelling) {
-    run->ReportCancelling();  // first, for the run may end at once
+    run->ReportCancelling();  // first, since the run may end at once
     run->Stop(StopCause::kCancelled);
   }
   return job;
@@ -193,8 +194,8 @@ absl::StatusOr<std::unique_ptr<JobWatch>> JobManager::Watch(const std::optional<
   auto watch = std::make_unique<JobWatch>(store_, id, LogOf(*job), options, std::move(ready));
   if (!IsFinal(job->state)) {
     const std::lock_guard lock(mutex_);
-    asks_others_ = asks_others_ || !HasEventsOf(id);
-    if (asks_others_) house_.notify_one();
+    interest_changed_ = interest_changed_ || !HasEventsOf(id);
+    if (interest_changed_) house_.notify_one();
   }
   return watch;
 }
@@ -226,7 +227,7 @@ bool JobManager::Healthy() const {
 
 JobManager::Load JobManager::load() const {
   const std::lock_guard lock(mutex_);
-  depth_wanted_until_ = clock_.Elapsed() + kInterestInDepth;
+  depth_wanted_until_ = clock_.Elapsed() + kDepthInterest;
   // The scheduler knows of jobs that came after the last poll, and not of all that are in the store.
   return {.queued = std::max<std::int64_t>(scheduler_.queued(), depth_.jobs),
           .queued_core_seconds = std::max(scheduler_.queued_core_seconds(), depth_.core_seconds),
@@ -274,7 +275,7 @@ void JobManager::Work() {
     } else if (ending_) {
       return;
     } else {
-      work_.wait_for(lock, kLookAgain);
+      work_.wait_for(lock, kRetryInterval);
     }
   }
 }
@@ -310,7 +311,7 @@ std::optional<ClaimedJob> JobManager::Claim(Scheduler::Start& start) {
   std::int64_t cancels_before = 0;
   {
     const std::lock_guard lock(mutex_);
-    const std::vector<JobId> others = scheduler_.SetAside(start.id, kMostAlternatives);
+    const std::vector<JobId> others = scheduler_.SetAside(start.id, kMaxAlternatives);
     candidates.insert(candidates.end(), others.begin(), others.end());
     cancels_before = cancels_;
   }
@@ -329,8 +330,8 @@ std::optional<ClaimedJob> JobManager::Claim(Scheduler::Start& start) {
   if (started.id == start.id) return *std::move(claimed);
   active_.erase(start.id);
   active_[started.id] = {};
-  // Events of the first job that arrived while it seemed to be ours were skipped. A request to stop the other may have
-  // come before it was known to be ours.
+  // Notifications about the first job were ignored while this server seemed to have it. A request to stop the other one
+  // may have arrived before it was claimed.
   if (logs_.contains(start.id)) changed_jobs_.insert(start.id);
   if (cancels_ != cancels_before) changed_jobs_.insert(started.id);
   house_.notify_one();
@@ -340,20 +341,21 @@ std::optional<ClaimedJob> JobManager::Claim(Scheduler::Start& start) {
 
 std::shared_ptr<JobRun> JobManager::Begin(Scheduler::Start& start) {
   std::optional<ClaimedJob> claimed = Claim(start);
-  work_.notify_one();  // what was set aside can start
+  work_.notify_one();  // alternatives that were set aside can start
   if (!claimed.has_value()) return nullptr;
   const Job job = claimed->job;
   const std::shared_ptr<EventLog> log = LogOf(job);
   log->AdvanceArchive(job.last_event, false);
-  auto run = std::make_shared<JobRun>(*std::move(claimed), start.threads, log,
-                                      [this](std::weak_ptr<JobRun> asking) { writer_.Ask(std::move(asking)); });
+  auto run = std::make_shared<JobRun>(
+      *std::move(claimed), start.threads, log,
+      [this](std::weak_ptr<JobRun> run_to_write) { writer_.Schedule(std::move(run_to_write)); });
   const std::lock_guard lock(mutex_);
   Active& active = active_[start.id];
   active.run = run;
   if (active.cancelled || job.state == JobState::kCancelling) run->Stop(StopCause::kCancelled);
   if (draining_) run->Stop(StopCause::kDrain);
   if (run->is_shard()) {
-    asks_others_ = true;  // others may end the ensemble
+    interest_changed_ = true;  // others may end the ensemble
     house_.notify_one();
     return run;
   }

@@ -37,7 +37,7 @@ namespace dlcs::jobs {
 //   CANCELLED    it was stopped; the new state of the job depends on the cause;
 //   UNAVAILABLE  it could not read its data from the store, and has emitted nothing yet: it is called again until it
 //                can or is stopped;
-//   ABORTED      processes that it needs broke down: QUEUED again, for an attempt that may succeed;
+//   ABORTED      processes that it needs failed: QUEUED again, since another attempt may succeed;
 //   any other    FAILED.
 // `summary` is the payload of the last event, if there is one.
 struct JobEnd {
@@ -102,7 +102,7 @@ class JobManager {
   absl::StatusOr<Demand> Check(const Submission& submission) const;
   // OK if there is a place in the queue for a new job of `owner`; otherwise RESOURCE_EXHAUSTED with RefusalOf(), or
   // UNAVAILABLE while draining. Cheap, so that a job can be refused before its request is read. Does not block.
-  absl::Status CheckPlaces(const std::string& owner) const;
+  absl::Status CheckQueueSpace(const std::string& owner) const;
   // OK: the job is in the store. Errors: of `cost`; RESOURCE_EXHAUSTED with RefusalOf(); ALREADY_EXISTS; UNAVAILABLE
   // while draining.
   absl::StatusOr<JobStore::Created> Submit(const Submission& submission);
@@ -144,7 +144,7 @@ class JobManager {
   };
 
   // A request of another server for events of a job that is watched there.
-  struct Audience {
+  struct RemoteWatch {
     Duration until;
     EventDetail detail;
   };
@@ -156,28 +156,28 @@ class JobManager {
   void Work();
   // The request to queue next: the ensemble again, if this was a shard of one.
   std::optional<Scheduler::Request> RunJob(Scheduler::Start& start);
-  // Claims the job, or another one in its place where other servers have it: then `start` becomes that. Null if they
-  // have all that could be started in its place, or if the store does not answer.
+  // Claims the job of `start`. If another server has it, claims an alternative and makes that `start`. Null if other
+  // servers have all alternatives too, or if the store does not respond.
   std::shared_ptr<JobRun> Begin(Scheduler::Start& start);
-  // The first that can be claimed of `start` and of what may be started in its place.
+  // The first of `start` and its alternatives that can be claimed.
   std::optional<ClaimedJob> Claim(Scheduler::Start& start);
   JobEnd Solve(JobRun& run);
   void End(JobRun& run, const JobEnd& end);
-  // The events of the run that are not in the store will never be.
+  // Discards the events of the run that are not in the store.
   static void Abandon(JobRun& run);
   // Repeats `write` until it succeeds, the lease is lost, or the server shuts down.
   void Persist(JobRun& run, const std::function<absl::Status()>& write);
-  // Waits for `pause` before the store is tried again, and lengthens it. Returns at once if the store is not waited for
-  // any more.
+  // Waits for `pause` before the store is called again, and lengthens it. Returns at once if the manager no longer
+  // waits for the store.
   void WaitForStore(std::chrono::milliseconds& pause);
 
   void RunMaintenance();
   void ReclaimJobs();
   void MeasureQueue();
-  void FollowOthers();
-  void FollowOther(const JobId& id);
+  void FollowRemoteJobs();
+  void FollowRemoteJob(const JobId& id);
   // Asks the servers that run the jobs watched here for events that are not in the store.
-  void AskOthers();
+  void PublishInterest();
   void RenewLeases();
   void RenewLease(JobRun& run);
   // Called by the store's thread: wakes the housekeeper to handle `change` now instead of at its next poll.
@@ -186,7 +186,7 @@ class JobManager {
   // With mutex_ held: whether the events of this job come from a run here. Those of an ensemble come from the store.
   bool HasEventsOf(const JobId& id) const;
   // With mutex_ held: whether to poll the store now.
-  bool WantsLook() const;
+  bool ShouldPoll() const;
   void EnforceDeadlines();
   void FailUnmeetable();
   std::vector<std::shared_ptr<JobRun>> Runs() const;
@@ -211,8 +211,8 @@ class JobManager {
   std::condition_variable idle_;   // nothing runs
   Scheduler scheduler_;
   std::map<JobId, Active> active_;
-  QueueDepth depth_;                       // of the store, when it was last asked
-  mutable Duration depth_wanted_until_{};  // load() was called a while before
+  QueueDepth depth_;                       // of the store, as of the last poll
+  mutable Duration depth_wanted_until_{};  // load() was called some time before
   Duration idle_since_;                    // the last time that there was, or may have been, something to run
   std::map<JobId, std::weak_ptr<EventLog>> logs_;
   // Notifications from the store: jobs that changed, that there are jobs to claim, and any notification at all.
@@ -220,11 +220,11 @@ class JobManager {
   bool work_announced_ = false;
   bool was_notified_ = false;
   std::int64_t cancels_ = 0;  // number of requests received to stop jobs that do not run here
-  std::map<JobId, Audience> watched_elsewhere_;
-  bool asks_others_ = false;  // a watch of a job that does not run here began
+  std::map<JobId, RemoteWatch> watched_elsewhere_;
+  bool interest_changed_ = false;  // a watch of a job that does not run here began
   std::atomic<bool> leases_released_ = false;
   bool draining_ = false;
-  bool abandoning_ = false;  // the store is not waited for any more
+  bool abandoning_ = false;  // the manager no longer waits for the store
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };

@@ -22,25 +22,25 @@ void AddTo(Progress& earlier, Progress later) {
 
 }  // namespace
 
-JobRun::JobRun(ClaimedJob job, int threads, std::shared_ptr<EventLog> log, AskForWriting ask_for_write)
+JobRun::JobRun(ClaimedJob job, int threads, std::shared_ptr<EventLog> log, WriteRequest request_write)
     : job_(std::move(job)),
       threads_(threads),
       log_(std::move(log)),
-      ask_for_write_(std::move(ask_for_write)),
+      request_write_(std::move(request_write)),
       next_chunk_(job_.job.chunks),
-      said_cancelling_(job_.job.state == JobState::kCancelling) {}
+      reported_cancelling_(job_.job.state == JobState::kCancelling) {}
 
 void JobRun::Emit(EventKind kind, std::string payload) {
   if (!IsDurable(kind)) {
     log_->Append(kind, std::move(payload));
-    if (log_->WantedReservation() > 0) AskForWrite();
+    if (log_->WantedReservation() > 0) RequestWrite();
     return;
   }
   {
     const std::lock_guard lock(pending_mutex_);
     AppendDurable(kind, std::move(payload));
   }
-  AskForWrite();
+  RequestWrite();
 }
 
 void JobRun::Accept(AcceptedWindow window) {
@@ -52,7 +52,7 @@ void JobRun::Accept(AcceptedWindow window) {
     pending_.progress = window.progress;
     AppendDurable(EventKind::kWindowAccepted, std::move(window.event));
   }
-  AskForWrite();
+  RequestWrite();
 }
 
 void JobRun::AppendDurable(EventKind kind, std::string payload) {
@@ -60,8 +60,8 @@ void JobRun::AppendDurable(EventKind kind, std::string payload) {
   if (event.sequence > 0) pending_.events.push_back(std::move(event));
 }
 
-void JobRun::AskForWrite() {
-  if (!asked_.exchange(true)) ask_for_write_(weak_from_this());
+void JobRun::RequestWrite() {
+  if (!write_requested_.exchange(true)) request_write_(weak_from_this());
 }
 
 void JobRun::Stop(StopCause cause) {
@@ -73,16 +73,16 @@ void JobRun::Stop(StopCause cause) {
 void JobRun::ReportCancelling() {
   {
     const std::lock_guard lock(pending_mutex_);
-    if (std::exchange(said_cancelling_, true)) return;
+    if (std::exchange(reported_cancelling_, true)) return;
     AppendDurable(EventKind::kState, JobStateName(JobState::kCancelling));
   }
-  AskForWrite();
+  RequestWrite();
 }
 
 absl::Status JobRun::Write(JobStore& store) {
   const std::lock_guard write_lock(write_mutex_);
   if (outcome_.has_value()) return absl::OkStatus();  // too late: Finish() writes the rest
-  asked_ = false;
+  write_requested_ = false;
   {
     const std::lock_guard lock(pending_mutex_);
     AddTo(unwritten_, std::exchange(pending_, {}));

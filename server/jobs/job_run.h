@@ -46,9 +46,9 @@ struct AcceptedWindow {
 class JobRun : public std::enable_shared_from_this<JobRun> {
  public:
   // Called with the run when there is something to Write(); not called again before Write(). Must not block.
-  using AskForWriting = std::function<void(std::weak_ptr<JobRun>)>;
+  using WriteRequest = std::function<void(std::weak_ptr<JobRun>)>;
   // Made by std::make_shared.
-  JobRun(ClaimedJob job, int threads, std::shared_ptr<EventLog> log, AskForWriting ask_for_write);
+  JobRun(ClaimedJob job, int threads, std::shared_ptr<EventLog> log, WriteRequest request_write);
 
   // For the solve function. -------------------------------------------------------------------------------------------
 
@@ -58,7 +58,8 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
   // trajectory has the same bits as without the interruption.
   const std::optional<std::string>& resume_state() const { return job_.resume_state; }
   std::int64_t num_accepted() const { return job_.job.chunks; }
-  // What to solve of an ensemble; absent for a solve. A run of a shard must not Emit() nor Accept().
+  // The input of the shard to solve, if the job is an ensemble; absent for a solve. A run of a shard must not Emit()
+  // nor Accept().
   const std::optional<std::string>& shard_input() const { return job_.shard_input; }
   int threads() const { return threads_; }
   std::stop_token stop() const { return stop_source_.get_token(); }
@@ -72,7 +73,7 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
 
   // For the service. --------------------------------------------------------------------------------------------------
 
-  // The first cause stays. Safe from any thread.
+  // The first cause is kept. Safe from any thread.
   void Stop(StopCause cause);
   // Emits the event that the job is being cancelled, once. Safe from any thread.
   void ReportCancelling();
@@ -94,20 +95,20 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
  private:
   // With pending_mutex_ held, so that events are pending in the order of their numbers.
   void AppendDurable(EventKind kind, std::string payload);
-  void AskForWrite();
+  void RequestWrite();
 
   const ClaimedJob job_;
   const int threads_;
   const std::shared_ptr<EventLog> log_;
-  const AskForWriting ask_for_write_;
+  const WriteRequest request_write_;
   std::atomic<StopCause> cause_{StopCause::kNone};
   std::stop_source stop_source_;
-  std::atomic<bool> asked_{false};
+  std::atomic<bool> write_requested_{false};
 
   std::mutex pending_mutex_;  // held only briefly: the engine takes it
   Progress pending_;
   std::int64_t next_chunk_;
-  bool said_cancelling_ = false;
+  bool reported_cancelling_ = false;
 
   std::mutex write_mutex_;  // held during writes; taken before pending_mutex_
   Progress unwritten_;      // the data of a failed Write()

@@ -50,7 +50,7 @@ void Scheduler::Restore(const Request& request) {
   Add(std::move(capped));
 }
 
-std::optional<Refusal> Scheduler::RefuseForPlaces(const std::string& name) const {
+std::optional<Refusal> Scheduler::RefuseIfFull(const std::string& name) const {
   const auto owner = owners_.find(name);
   const auto kept =
       std::count_if(reserved_.begin(), reserved_.end(), [&](const auto& entry) { return entry.second.owner == name; });
@@ -82,7 +82,7 @@ std::optional<Refusal> Scheduler::Refuse(const Request& request) const {
   }
   if (std::optional<Refusal> refusal = RefuseForDeadline(request)) return refusal;
 
-  if (std::optional<Refusal> refusal = RefuseForPlaces(request.owner)) return refusal;
+  if (std::optional<Refusal> refusal = RefuseIfFull(request.owner)) return refusal;
   const double total = queued_core_seconds_ + demand.core_seconds;
   if (total > limits_.max_queued_core_seconds && queued() > 0) {
     return Refusal{"max_queued_core_seconds", limits_.max_queued_core_seconds, total,
@@ -223,7 +223,7 @@ std::optional<Scheduler::Choice> Scheduler::Choose(bool only_fitting) {
 std::optional<Scheduler::Start> Scheduler::StartNext() {
   const std::optional<Choice> turn = Choose(false);
   if (!turn.has_value()) {
-    if (running_.empty() && queued_.empty()) owners_.clear();  // nobody to be compared with
+    if (running_.empty() && queued_.empty()) owners_.clear();  // no other user to compare with
     return std::nullopt;
   }
   const Demand& demand = turn->job->second.request.demand;
@@ -353,13 +353,13 @@ void Scheduler::Finished(const JobId& id, double core_seconds) {
   if (!ended.empty()) busy_memory_bytes_ -= ended.mapped().request.demand.memory_bytes;
 }
 
-std::vector<JobId> Scheduler::TakeHopeless() {
-  std::vector<JobId> hopeless;
+std::vector<JobId> Scheduler::TakeUnmeetable() {
+  std::vector<JobId> unmeetable;
   while (!latest_starts_.empty() && latest_starts_.begin()->first < clock_.Now()) {
-    hopeless.push_back(latest_starts_.begin()->second);
-    Remove(JobId(hopeless.back()));
+    unmeetable.push_back(latest_starts_.begin()->second);
+    Remove(JobId(unmeetable.back()));
   }
-  return hopeless;
+  return unmeetable;
 }
 
 double Scheduler::RunningCoreSeconds() const {

@@ -65,7 +65,7 @@ class Scheduler {
     std::optional<Time> deadline;
     // It starts with the cores that are free, at least one and at most demand.threads, instead of waiting for all.
     bool takes_free_cores = false;
-    // It has its place in the queue, but this server never starts it: another one can.
+    // It counts as queued, but this server never starts it; another one can.
     bool is_for_others = false;
   };
 
@@ -74,7 +74,7 @@ class Scheduler {
 
   // The refusal if the queue has no place for another job of `owner`. Cheap, so it can be called before the request is
   // read.
-  std::optional<Refusal> RefuseForPlaces(const std::string& owner) const;
+  std::optional<Refusal> RefuseIfFull(const std::string& owner) const;
   // The refusal with the limit that the job exceeds now; absent if it would be admitted.
   std::optional<Refusal> Refuse(const Request& request) const;
   // Reserves a place in the queue for a job that is not stored yet, or returns the refusal. Confirm() takes the place,
@@ -106,14 +106,14 @@ class Scheduler {
   // are queued as before. Returns what runs now. Where it is another job, `started` has ended; where it is absent,
   // `started` still has its place, until Finished().
   std::optional<Start> Settle(const JobId& started, const std::optional<Request>& claimed);
-  // Frees the cores of a job that needs them no more, after `core_seconds`. It keeps its memory.
+  // Frees the cores of a job that no longer needs them, after `core_seconds`. It keeps its memory.
   void GiveBackCores(const JobId& id, double core_seconds);
   // The job has ended or was released; frees its memory, and its cores if it still has them.
   void Finished(const JobId& id, double core_seconds);
 
   // Removes and returns the queued jobs that would miss their deadline even if they started now, and the ensembles
   // whose deadline has passed.
-  std::vector<JobId> TakeHopeless();
+  std::vector<JobId> TakeUnmeetable();
 
   std::vector<JobId> QueuedIds() const;
   // Including reserved places.
@@ -166,9 +166,9 @@ class Scheduler {
   Request Take(const JobId& id);
   bool IsLarge(const Demand& demand) const { return demand.core_seconds > limits_.large_core_seconds; }
   bool Fits(const Request& request) const;
-  // Whether it fits where `place` runs now.
+  // Whether it fits into the cores and memory of `place`.
   bool FitsInto(const Running& place, const Request& request) const;
-  // That a job with this `demand` may have now.
+  // The number of cores that a job with this `demand` may get now.
   int FreeCores(const Demand& demand) const;
   bool FitsMemory(const Demand& demand) const;
   // The credit that a user would have if it queued a job now.

@@ -145,11 +145,11 @@ void ConnectionListener::Start(Acceptor acceptor) {
   thread_ = std::thread([this] { Run(); });
 }
 
-void ConnectionListener::SayRefused(const char* why) {
+void ConnectionListener::LogRefused(const char* why) {
   ++refused_;
   const auto now = steady_clock::now();
-  if (now < next_word_) return;
-  next_word_ = now + std::chrono::seconds(1);
+  if (now < next_log_) return;
+  next_log_ = now + std::chrono::seconds(1);
   spdlog::warn("connections refused: {}; {} since the last such message; see ulimit -n", why,
                std::exchange(refused_, 0));
 }
@@ -173,12 +173,12 @@ bool ConnectionListener::Accept(int listener) {
   if (connection < 0) {
     // All other errors concern the connection, which is gone.
     const bool exhausted = errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
-    if (exhausted) SayRefused(std::strerror(errno));
+    if (exhausted) LogRefused(std::strerror(errno));
     return !exhausted;
   }
   if (connection >= FirstKeptDescriptor()) {
     close(connection);
-    SayRefused("the remaining file descriptors are reserved for the server itself");
+    LogRefused("the remaining file descriptors are reserved for the server itself");
     return true;
   }
   SetOption(connection, IPPROTO_TCP, TCP_NODELAY, 1);

@@ -31,8 +31,8 @@ class ConnectionListener {
   static absl::StatusOr<std::unique_ptr<ConnectionListener>> Open(ListenAddress& address);
   ~ConnectionListener();
 
-  // Passes the descriptors of connections on, with that of the listening socket, from a thread, until this object is
-  // destroyed. Call it once.
+  // Calls `acceptor` from a thread with the descriptors of the listening socket and of each new connection, until this
+  // object is destroyed. Call it once.
   using Acceptor = std::function<void(int listener, int connection)>;
   void Start(Acceptor acceptor);
 
@@ -44,14 +44,14 @@ class ConnectionListener {
   // False if the process has no descriptors left.
   bool Accept(int listener);
   // Logs refused connections, at most once a second.
-  void SayRefused(const char* why);
+  void LogRefused(const char* why);
 
   std::vector<std::unique_ptr<Socket>> listeners_;
   std::string path_;              // of a Unix socket
   std::unique_ptr<Socket> wake_;  // ends the thread
   Acceptor acceptor_;
   std::int64_t refused_ = 0;  // since the last log line about it
-  std::chrono::steady_clock::time_point next_word_;
+  std::chrono::steady_clock::time_point next_log_;
   std::thread thread_;
 };
 

@@ -25,7 +25,7 @@ absl::Status CheckUnixSocket(const ListenAddress& address) {
   if (stat(address.path.c_str(), &file) != 0) return absl::OkStatus();  // ConnectionListener reports other problems
   if (!S_ISSOCK(file.st_mode)) {
     return absl::InvalidArgumentError(
-        fmt::format("cannot listen on {}: there is a file that is no socket", ToString(address)));
+        fmt::format("cannot listen on {}: the file there is not a socket", ToString(address)));
   }
   const int probe = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const sockaddr_un name = UnixAddress(address);
@@ -33,7 +33,7 @@ absl::Status CheckUnixSocket(const ListenAddress& address) {
   close(probe);
   if (!taken) return absl::OkStatus();
   return absl::AlreadyExistsError(
-      fmt::format("cannot listen on {}: another server does; choose another path", ToString(address)));
+      fmt::format("cannot listen on {}: another server listens there; choose another path", ToString(address)));
 }
 
 // Returns 0 or the errno of the attempt.

@@ -30,18 +30,17 @@ absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text);
 // As text again, with brackets where they are needed.
 std::string ToString(const ListenAddress& address);
 
-// Binds every address that the host resolves to, and releases it again. Of a Unix socket it looks whether a server
-// accepts connections there; the socket of one that was killed is no obstacle.
-// Errors: InvalidArgument when the host is unknown or is not of this machine, or if there is a file that is no socket;
-// AlreadyExists when the port is taken (on any of the addresses, or half of the clients would reach the other server);
-// PermissionDenied.
+// Binds every address that the host resolves to, and releases it again. For a Unix socket, checks whether a server
+// accepts connections there; the socket file of a killed server does no harm. Errors: InvalidArgument when the host is
+// unknown or is not of this machine, or if the file there is not a socket; AlreadyExists when the port is taken (on
+// any of the addresses, or half of the clients would reach the other server); PermissionDenied.
 absl::Status CheckCanListen(const ListenAddress& address);
 
 // Whether all addresses that the host resolves to can be reached from this machine only, as a Unix socket can. Blocks
 // on the name lookup.
 bool IsLoopback(const ListenAddress& address);
 
-// The path as bind() and connect() take it.
+// The path, in the form for bind() and connect().
 sockaddr_un UnixAddress(const ListenAddress& address);
 
 }  // namespace dlcs

@@ -30,7 +30,7 @@ CallEnvironment::CallEnvironment(const ServerConfig& server_config, const Access
 
 ProblemResolver CallEnvironment::ProblemsOf(const grpc::CallbackServerContext& call) const {
   if (jobs == nullptr) return {};
-  // The caller is looked up for requests that name a problem only.
+  // Looks up the caller only for requests that name a problem.
   return [this, &call](const std::string& name) -> absl::StatusOr<v1::ProblemBody> {
     const absl::StatusOr<Caller> caller = CallerOf(access, call);
     if (!caller.ok()) return caller.status();

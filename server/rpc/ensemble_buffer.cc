@@ -5,7 +5,7 @@
 
 namespace dlcs {
 
-void EnsembleMailbox::Open(const std::string& solve_id, const PreparedEnsemble& prepared) {
+void EnsembleBuffer::Open(const std::string& solve_id, const PreparedEnsemble& prepared) {
   const std::lock_guard lock(mutex_);
   result_bytes_ = prepared.result_bytes;
   most_bytes_ = prepared.held_bytes;
@@ -13,7 +13,7 @@ void EnsembleMailbox::Open(const std::string& solve_id, const PreparedEnsemble& 
   accepted_ = writer_->Accepted(solve_id, prepared);
 }
 
-bool EnsembleMailbox::MayBegin(Index member, const std::stop_token& stop) {
+bool EnsembleBuffer::MayBegin(Index member, const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   const std::int64_t bytes = result_bytes_[static_cast<std::size_t>(member)];
   const bool has_room = room_.wait(lock, stop, [&] { return bytes <= most_bytes_ - held_bytes_; });
@@ -21,17 +21,17 @@ bool EnsembleMailbox::MayBegin(Index member, const std::stop_token& stop) {
   return has_room;
 }
 
-void EnsembleMailbox::Finished(Index member, FinishedSolve solve) {
+void EnsembleBuffer::Finished(Index member, FinishedSolve solve) {
   const std::lock_guard lock(mutex_);
   members_.push_back({member, std::move(solve)});
 }
 
-void EnsembleMailbox::Close(absl::StatusOr<v1::EnsembleSummary> summary) {
+void EnsembleBuffer::Close(absl::StatusOr<v1::EnsembleSummary> summary) {
   const std::lock_guard lock(mutex_);
   summary_.emplace(std::move(summary));
 }
 
-EnsembleMailbox::Got EnsembleMailbox::Next(v1::EnsembleEvent& event) {
+EnsembleBuffer::Got EnsembleBuffer::Next(v1::EnsembleEvent& event) {
   const std::lock_guard lock(mutex_);
   if (accepted_.has_value()) {
     event = *std::exchange(accepted_, std::nullopt);
@@ -45,17 +45,17 @@ EnsembleMailbox::Got EnsembleMailbox::Next(v1::EnsembleEvent& event) {
   return Got::kEvent;
 }
 
-bool EnsembleMailbox::has_more() const {
+bool EnsembleBuffer::has_more() const {
   const std::lock_guard lock(mutex_);
   return !members_.empty() || (summary_.has_value() && summary_->ok() && !summary_made_);
 }
 
-bool EnsembleMailbox::delivered() const {
+bool EnsembleBuffer::delivered() const {
   const std::lock_guard lock(mutex_);
   return summary_made_;
 }
 
-bool EnsembleMailbox::NextOfMembers(v1::EnsembleEvent& event) {
+bool EnsembleBuffer::NextOfMembers(v1::EnsembleEvent& event) {
   if (members_.empty()) return false;
   Member& first = members_.front();
   event = writer_->OfMember(first.member, *first.solve.NextEvent());
@@ -67,17 +67,17 @@ bool EnsembleMailbox::NextOfMembers(v1::EnsembleEvent& event) {
   return true;
 }
 
-bool EnsembleMailbox::closed() const {
+bool EnsembleBuffer::closed() const {
   const std::lock_guard lock(mutex_);
   return summary_.has_value();
 }
 
-absl::Status EnsembleMailbox::status() const {
+absl::Status EnsembleBuffer::status() const {
   const std::lock_guard lock(mutex_);
   return summary_.has_value() ? summary_->status() : absl::OkStatus();
 }
 
-std::int64_t EnsembleMailbox::held_bytes() const {
+std::int64_t EnsembleBuffer::held_bytes() const {
   const std::lock_guard lock(mutex_);
   return held_bytes_;
 }

@@ -28,9 +28,9 @@ namespace dlcs {
 //
 // MayBegin() and Finished() come from the threads of the engine, Open() and Close() from the one that runs it, Next()
 // from any thread, one call at a time.
-class EnsembleMailbox final : public EnsembleSink {
+class EnsembleBuffer final : public EnsembleSink {
  public:
-  using Got = EventMailbox::Got;
+  using Got = EventBuffer::Got;
 
   // To be called before the engine runs: puts the first event, and reserves prepared.held_bytes.
   void Open(const std::string& solve_id, const PreparedEnsemble& prepared);
@@ -40,7 +40,7 @@ class EnsembleMailbox final : public EnsembleSink {
   void Close(absl::StatusOr<v1::EnsembleSummary> summary);
 
   Got Next(v1::EnsembleEvent& event);
-  // As in EventMailbox.
+  // As in EventBuffer.
   bool has_more() const;
   bool delivered() const;
 

@@ -35,7 +35,7 @@ void Extend(v1::SolveEvent& earlier, const v1::SolveEvent& later) {
 
 }  // namespace
 
-void EventMailbox::Put(v1::SolveEvent event) {
+void EventBuffer::Put(v1::SolveEvent event) {
   const std::lock_guard lock(mutex_);
   const bool is_iterate = event.has_iterate();
   if (is_iterate && iterates_ == limits_.max_iterates) DropOldestIterate();
@@ -51,12 +51,12 @@ void EventMailbox::Put(v1::SolveEvent event) {
   }
 }
 
-void EventMailbox::Close(absl::StatusOr<FinishedSolve> finished) {
+void EventBuffer::Close(absl::StatusOr<FinishedSolve> finished) {
   const std::lock_guard lock(mutex_);
   finished_.emplace(std::move(finished));
 }
 
-EventMailbox::Got EventMailbox::Next(v1::SolveEvent& event) {
+EventBuffer::Got EventBuffer::Next(v1::SolveEvent& event) {
   const std::lock_guard lock(mutex_);
   if (!queue_.empty()) {
     if (queue_.begin() == oldest_iterate_) ForgetOldestIterate();
@@ -76,51 +76,51 @@ EventMailbox::Got EventMailbox::Next(v1::SolveEvent& event) {
   return Got::kEvent;
 }
 
-bool EventMailbox::has_more() const {
+bool EventBuffer::has_more() const {
   const std::lock_guard lock(mutex_);
   return !queue_.empty() || (finished_.has_value() && finished_->ok() && !summary_given_);
 }
 
-bool EventMailbox::delivered() const {
+bool EventBuffer::delivered() const {
   const std::lock_guard lock(mutex_);
   return summary_given_;
 }
 
-bool EventMailbox::closed() const {
+bool EventBuffer::closed() const {
   const std::lock_guard lock(mutex_);
   return finished_.has_value();
 }
 
-absl::Status EventMailbox::status() const {
+absl::Status EventBuffer::status() const {
   const std::lock_guard lock(mutex_);
   return finished_.has_value() ? finished_->status() : absl::OkStatus();
 }
 
-std::size_t EventMailbox::size() const {
+std::size_t EventBuffer::size() const {
   const std::lock_guard lock(mutex_);
   return queue_.size();
 }
 
-void EventMailbox::ForgetOldestIterate() {
+void EventBuffer::ForgetOldestIterate() {
   --iterates_;
   oldest_iterate_ = iterates_ == 0 ? queue_.end()
                                    : std::find_if(std::next(oldest_iterate_), queue_.end(),
                                                   [](const v1::SolveEvent& event) { return event.has_iterate(); });
 }
 
-void EventMailbox::DropOldestIterate() {
+void EventBuffer::DropOldestIterate() {
   const Queue::iterator dropped = oldest_iterate_;
   ForgetOldestIterate();
   ++conflated_iterates_;
   ReplaceByGap(dropped);
 }
 
-void EventMailbox::DropOldestWindow() {
+void EventBuffer::DropOldestWindow() {
   // Near the front: only accepted, analysis and one gap can stand before it.
   ReplaceByGap(std::find_if(queue_.begin(), queue_.end(), IsWindow));
 }
 
-void EventMailbox::ReplaceByGap(Queue::iterator position) {
+void EventBuffer::ReplaceByGap(Queue::iterator position) {
   *position = GapInsteadOf(*position);
   if (position != queue_.begin() && std::prev(position)->has_gap()) {
     Extend(*std::prev(position), *position);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The buffer between one solve and its reader. The engine never waits, memory is bounded, and gaps report to the reader
-// which events were dropped.
+// The buffer between one solve and its reader. The engine never waits, memory is bounded, and gaps report which events
+// were dropped.
 
 #ifndef DLCS_SERVER_RPC_EVENT_BUFFER_H_
 #define DLCS_SERVER_RPC_EVENT_BUFFER_H_
@@ -25,23 +25,23 @@ namespace dlcs {
 //   reader that stopped while thousands of windows went by), the oldest window event is dropped too. What was
 //   dropped is replaced, where it stood, by one gap for each run of neighbors. An event takes about 0.3 KB
 //   here, so the default is 3 MB at most.
-// - The trajectory is not queued. The mailbox keeps the finished solve and makes one chunk when the reader
+// - The trajectory is not queued. The buffer keeps the finished solve and makes one chunk when the reader
 //   asks for it.
 //
 // `accepted`, `analysis`, the chunks and the summary are never dropped. The numbers of the events delivered
 // are 1, 2, 3, ... except where a gap covers the numbers in between.
 //
 // Put() and Close() come from the thread of the engine, Next() from any thread, one call at a time.
-class EventMailbox {
+class EventBuffer {
  public:
   struct Limits {
     std::size_t max_events = 8192;
     std::size_t max_iterates = 4096;  // of max_events
   };
 
-  EventMailbox() : EventMailbox(Limits()) {}
+  EventBuffer() : EventBuffer(Limits()) {}
   // Both limits are at least 1, and max_events is at least 4.
-  explicit EventMailbox(const Limits& limits) : limits_(limits) {}
+  explicit EventBuffer(const Limits& limits) : limits_(limits) {}
 
   void Put(v1::SolveEvent event);
 

@@ -96,9 +96,9 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
                                                 const std::string& trace_id) {
   if (request.title().empty()) request.set_title(request.solve().title());
   if (absl::Status status = Check(request); !status.ok()) return status;
-  // First looks for a job of the same request.
+  // A repeated request returns its job even if the queue is full.
   if (request.request_id().empty() && !request.validate_only()) {
-    if (absl::Status full = jobs_.manager().CheckPlaces(caller.user); !full.ok()) return WithDetails(full);
+    if (absl::Status full = jobs_.manager().CheckQueueSpace(caller.user); !full.ok()) return WithDetails(full);
   }
   jobs::Submission submission;
   submission.owner = caller.user;
@@ -113,7 +113,7 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
     v1::GetProblemRequest named;
     named.set_name(solve.problem_name());
     absl::StatusOr<v1::StoredProblem> found = jobs_.library().Get(caller.user, named);
-    if (found.ok()) uploaded = *std::move(found);  // what is not there is refused by the store, with the job
+    if (found.ok()) uploaded = *std::move(found);  // a missing problem is reported by the store, with the job
   }
   submission.about = About(request, uploaded);
   submission.body = solve.SerializeAsString();
@@ -138,7 +138,9 @@ absl::StatusOr<v1::SolveJob> JobService::Submit(const CreateRequest& request, jo
     job.set_predicted_memory_bytes(demand->memory_bytes);
     return job;
   }
-  submission.body = WithTraceId(std::move(submission.body), trace_id);  // a client that repeats it may be in another
+  submission.body =
+      WithTraceId(std::move(submission.body),
+                  trace_id);  // not part of the identity, since a repeated request may belong to another trace
   const absl::StatusOr<jobs::JobStore::Created> created = jobs_.manager().Submit(submission);
   if (!created.ok()) return WithDetails(created.status());
   return Show(created->job);
@@ -149,7 +151,7 @@ absl::StatusOr<v1::SolveJob> JobService::CreateEnsemble(const Caller& caller, v1
   if (absl::Status status = Check(request); !status.ok()) return status;
   // Before every member is checked, which may take seconds.
   if (request.request_id().empty() && !request.validate_only()) {
-    if (absl::Status full = jobs_.manager().CheckPlaces(caller.user); !full.ok()) return WithDetails(full);
+    if (absl::Status full = jobs_.manager().CheckQueueSpace(caller.user); !full.ok()) return WithDetails(full);
   }
   jobs::Submission submission;
   submission.owner = caller.user;
@@ -158,7 +160,7 @@ absl::StatusOr<v1::SolveJob> JobService::CreateEnsemble(const Caller& caller, v1
     if (!problem.ok()) return problem.status();
     submission.problem = *problem;
   }
-  v1::CreateEnsembleJobRequest work;  // what is part of its identity
+  v1::CreateEnsembleJobRequest work;  // the part of the request that identifies it
   work.mutable_ensemble()->Swap(request.mutable_ensemble());
   *work.mutable_results() = request.results();
   work.set_shard_members(request.shard_members());
@@ -204,7 +206,7 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const Caller& caller,
   jobs::JobFilter filter{.owner = caller.SeesJobsOf(), .states = {}};
   for (const int state : request.states()) {
     const auto known = FromProto(static_cast<v1::JobState>(state));
-    if (!known) return InvalidRequest({{"states", fmt::format("{} is no state", state)}});
+    if (!known) return InvalidRequest({{"states", fmt::format("{} is not a state", state)}});
     filter.states.push_back(*known);
   }
   const absl::StatusOr<int> size = PageSize(request.page_size());
@@ -240,7 +242,7 @@ absl::StatusOr<v1::DeleteSolveJobResponse> JobService::Delete(const Caller& call
 
 grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::CreateSolveJobRequest* request, v1::SolveJob* response) {
-  return AskStore(
+  return CallStore(
       environment_, *context, "create job", *response,
       Audited("CreateSolveJob", *request,
               [=, this, trace_id = TraceIdOf(*context)](const Caller& caller) -> absl::StatusOr<v1::SolveJob> {
@@ -251,20 +253,20 @@ grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext
 
 grpc::ServerUnaryReactor* JobService::GetSolveJob(grpc::CallbackServerContext* context,
                                                   const v1::GetSolveJobRequest* request, v1::SolveJob* response) {
-  return AskStore(environment_, *context, "get job", *response,
-                  [=, this](const Caller& caller) { return Get(caller, *request); });
+  return CallStore(environment_, *context, "get job", *response,
+                   [=, this](const Caller& caller) { return Get(caller, *request); });
 }
 
 grpc::ServerUnaryReactor* JobService::ListSolveJobs(grpc::CallbackServerContext* context,
                                                     const v1::ListSolveJobsRequest* request,
                                                     v1::ListSolveJobsResponse* response) {
-  return AskStore(environment_, *context, "list jobs", *response,
-                  [=, this](const Caller& caller) { return List(caller, *request); });
+  return CallStore(environment_, *context, "list jobs", *response,
+                   [=, this](const Caller& caller) { return List(caller, *request); });
 }
 
 grpc::ServerUnaryReactor* JobService::CancelSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::CancelSolveJobRequest* request, v1::SolveJob* response) {
-  return AskStore(
+  return CallStore(
       environment_, *context, "cancel job", *response,
       Audited("CancelSolveJob", *request, [=, this](const Caller& caller) { return Cancel(caller, *request); }));
 }
@@ -272,7 +274,7 @@ grpc::ServerUnaryReactor* JobService::CancelSolveJob(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* JobService::DeleteSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::DeleteSolveJobRequest* request,
                                                      v1::DeleteSolveJobResponse* response) {
-  return AskStore(
+  return CallStore(
       environment_, *context, "delete job", *response,
       Audited("DeleteSolveJob", *request, [=, this](const Caller& caller) { return Delete(caller, *request); }));
 }
@@ -290,7 +292,7 @@ grpc::ServerWriteReactor<v1::TrajectoryPage>* JobService::ReadTrajectory(grpc::C
 grpc::ServerUnaryReactor* JobService::CreateEnsembleJob(grpc::CallbackServerContext* context,
                                                         const v1::CreateEnsembleJobRequest* request,
                                                         v1::SolveJob* response) {
-  return AskStore(
+  return CallStore(
       environment_, *context, "create ensemble", *response,
       Audited("CreateEnsembleJob", *request, [=, this, trace_id = TraceIdOf(*context)](const Caller& caller) {
         absl::StatusOr<v1::SolveJob> job = CreateEnsemble(caller, *request, trace_id);

@@ -8,32 +8,32 @@ namespace dlcs {
 
 grpc::ServerReadReactor<v1::UploadProblemRequest>* ProblemService::UploadProblem(grpc::CallbackServerContext* context,
                                                                                  v1::UploadProblemResponse* response) {
-  return UploadCall::Start(environment_, places_, CallerOf(environment_.access, *context), *response);
+  return UploadCall::Start(environment_, slots_, CallerOf(environment_.access, *context), *response);
 }
 
 grpc::ServerUnaryReactor* ProblemService::CreateProblem(grpc::CallbackServerContext* context,
                                                         const v1::CreateProblemRequest* request,
                                                         v1::StoredProblem* response) {
   const auto run = [=, this](const Caller& caller) -> absl::StatusOr<v1::StoredProblem> {
-    const UploadPlace place(places_);
-    if (!place.is_free()) return UploadPlace::NoneFree();
+    const UploadSlot slot(slots_);
+    if (!slot.is_free()) return UploadSlot::AllTaken();
     return library_.Create(caller.user, *request);
   };
-  return AskStore(environment_, *context, "create problem", *response, Audited("CreateProblem", *request, run));
+  return CallStore(environment_, *context, "create problem", *response, Audited("CreateProblem", *request, run));
 }
 
 grpc::ServerUnaryReactor* ProblemService::GetProblem(grpc::CallbackServerContext* context,
                                                      const v1::GetProblemRequest* request,
                                                      v1::StoredProblem* response) {
-  return AskStore(environment_, *context, "get problem", *response,
-                  [=, this](const Caller& caller) { return library_.Get(caller.user, *request); });
+  return CallStore(environment_, *context, "get problem", *response,
+                   [=, this](const Caller& caller) { return library_.Get(caller.user, *request); });
 }
 
 grpc::ServerUnaryReactor* ProblemService::ListProblems(grpc::CallbackServerContext* context,
                                                        const v1::ListProblemsRequest* request,
                                                        v1::ListProblemsResponse* response) {
-  return AskStore(environment_, *context, "list problems", *response,
-                  [=, this](const Caller& caller) { return library_.List(caller.user, *request); });
+  return CallStore(environment_, *context, "list problems", *response,
+                   [=, this](const Caller& caller) { return library_.List(caller.user, *request); });
 }
 
 grpc::ServerUnaryReactor* ProblemService::DeleteProblem(grpc::CallbackServerContext* context,
@@ -44,7 +44,7 @@ grpc::ServerUnaryReactor* ProblemService::DeleteProblem(grpc::CallbackServerCont
     if (!deleted.ok()) return deleted;
     return v1::DeleteProblemResponse();
   };
-  return AskStore(environment_, *context, "delete problem", *response, Audited("DeleteProblem", *request, run));
+  return CallStore(environment_, *context, "delete problem", *response, Audited("DeleteProblem", *request, run));
 }
 
 }  // namespace dlcs

@@ -30,7 +30,7 @@ class ProblemService final : public v1::ProblemService::CallbackService {
  private:
   CallEnvironment& environment_;
   const ProblemLibrary& library_;
-  UploadPlaces places_;
+  UploadSlots slots_;
 };
 
 }  // namespace dlcs

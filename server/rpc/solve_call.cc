@@ -68,8 +68,8 @@ std::string NewSolveId() {
   return fmt::format("solve-{:08x}-{}", process, ++count);
 }
 
-template <typename Event, typename Mailbox>
-absl::Status SolverCall<Event, Mailbox>::TakeSolver() {
+template <typename Event, typename Buffer>
+absl::Status SolverCall<Event, Buffer>::TakeSolver() {
   absl::StatusOr<Admission::Ticket> solver = this->environment_.admission.TakeSolver();
   if (!solver.ok()) {
     Log(spdlog::level::warn, "solve refused", {{"solve", id_}, {"error", std::string(solver.status().message())}});
@@ -79,16 +79,16 @@ absl::Status SolverCall<Event, Mailbox>::TakeSolver() {
   return absl::OkStatus();
 }
 
-template <typename Event, typename Mailbox>
-absl::Status SolverCall<Event, Mailbox>::HoldResult(std::int64_t bytes) {
+template <typename Event, typename Buffer>
+absl::Status SolverCall<Event, Buffer>::HoldResult(std::int64_t bytes) {
   absl::StatusOr<Admission::Ticket> result = this->environment_.admission.HoldResult(bytes);
   if (!result.ok()) return result.status();
   result_ = *std::move(result);
   return absl::OkStatus();
 }
 
-template <typename Event, typename Mailbox>
-void SolverCall<Event, Mailbox>::StopBeforeDeadline(std::int64_t result_bytes) {
+template <typename Event, typename Buffer>
+void SolverCall<Event, Buffer>::StopBeforeDeadline(std::int64_t result_bytes) {
   const auto stop_time = StopTime(this->context_.deadline(), result_bytes);
   if (!stop_time) return;
   alarm_.Set(*stop_time, [control = std::weak_ptr(this->control())](bool rang) {
@@ -96,36 +96,36 @@ void SolverCall<Event, Mailbox>::StopBeforeDeadline(std::int64_t result_bytes) {
   });
 }
 
-template <typename Event, typename Mailbox>
-auto SolverCall<Event, Mailbox>::Next(Event& event) -> absl::StatusOr<Got> {
-  switch (mailbox_.Next(event)) {
-    case EventMailbox::Got::kEvent:
-      return mailbox_.delivered() ? Got::kLast : Got::kMessage;
-    case EventMailbox::Got::kNothing:
+template <typename Event, typename Buffer>
+auto SolverCall<Event, Buffer>::Next(Event& event) -> absl::StatusOr<Got> {
+  switch (buffer_.Next(event)) {
+    case EventBuffer::Got::kEvent:
+      return buffer_.delivered() ? Got::kLast : Got::kMessage;
+    case EventBuffer::Got::kNothing:
       return Got::kNothing;
-    case EventMailbox::Got::kEnd:
+    case EventBuffer::Got::kEnd:
       break;
   }
-  if (absl::Status status = mailbox_.status(); !status.ok()) return status;
+  if (absl::Status status = buffer_.status(); !status.ok()) return status;
   return Got::kEnd;
 }
 
-template <typename Event, typename Mailbox>
-void SolverCall<Event, Mailbox>::LogCall(const std::string& message, LogFields facts) const {
-  if (!spdlog::should_log(spdlog::level::info)) return;  // who calls is looked up
+template <typename Event, typename Buffer>
+void SolverCall<Event, Buffer>::LogCall(const std::string& message, LogFields facts) const {
+  if (!spdlog::should_log(spdlog::level::info)) return;  // looking up the user costs time
   facts.insert(facts.begin(), {{"solve", id_}, {"user", UserOf(this->environment_.access, this->context_)}});
   facts.push_back({"trace_id", TraceIdOf(this->context_)});
   Log(spdlog::level::info, message, facts);
 }
 
-template class SolverCall<v1::SolveEvent, EventMailbox>;
-template class SolverCall<v1::EnsembleEvent, EnsembleMailbox>;
+template class SolverCall<v1::SolveEvent, EventBuffer>;
+template class SolverCall<v1::EnsembleEvent, EnsembleBuffer>;
 
 void SolveCall::Run() {
   absl::StatusOr<FinishedSolve> finished = CatchExceptions(id(), [this] { return Solve(); });
   if (!finished.ok()) LogCall("solve refused or failed", FactsOf(finished.status()));
-  GiveSolverBack();
-  mailbox_.Close(std::move(finished));
+  ReleaseSolver();
+  buffer_.Close(std::move(finished));
 }
 
 absl::StatusOr<FinishedSolve> SolveCall::Solve() {
@@ -144,15 +144,15 @@ absl::StatusOr<FinishedSolve> SolveCall::Solve() {
 }
 
 void SolveCall::Accept(v1::SolveEvent event) {
-  mailbox_.Put(std::move(event));
+  buffer_.Put(std::move(event));
   PumpSoon();
 }
 
 void EnsembleCall::Run() {
   absl::StatusOr<v1::EnsembleSummary> summary = CatchExceptions(id(), [this] { return Solve(); });
   if (!summary.ok()) LogCall("solve refused or failed", FactsOf(summary.status()));
-  GiveSolverBack();
-  mailbox_.Close(std::move(summary));
+  ReleaseSolver();
+  buffer_.Close(std::move(summary));
 }
 
 absl::StatusOr<v1::EnsembleSummary> EnsembleCall::Solve() {
@@ -161,7 +161,7 @@ absl::StatusOr<v1::EnsembleSummary> EnsembleCall::Solve() {
   if (!prepared.ok()) return prepared.status();
   if (absl::Status held = HoldResult(prepared->held_bytes); !held.ok()) return held;
   StopBeforeDeadline(prepared->held_bytes);
-  mailbox_.Open(id(), *prepared);
+  buffer_.Open(id(), *prepared);
   Pump();
   absl::StatusOr<v1::EnsembleSummary> summary = RunEnsemble(*prepared, *control(), *this, environment_.setups.get());
   if (summary.ok()) LogCall("ensemble finished", FactsOf(*prepared, *summary));
@@ -171,7 +171,7 @@ absl::StatusOr<v1::EnsembleSummary> EnsembleCall::Solve() {
 
 void EnsembleCall::Finished(Index member, FinishedSolve solve) {
   Count("member", solve, environment_.metrics);
-  mailbox_.Finished(member, std::move(solve));
+  buffer_.Finished(member, std::move(solve));
   PumpSoon();
 }
 

@@ -24,11 +24,11 @@ namespace dlcs {
 std::string NewSolveId();
 
 // A call that holds a solver while it computes, and the memory of its result until the client has received it. The
-// engine puts events into the mailbox. It is stopped when the client disconnects, by StopSolve, and some time before
+// engine puts events into the buffer. It is stopped when the client disconnects, by StopSolve, and some time before
 // the deadline (StopTime()).
 //
-// A Mailbox has Next(Event&), has_more(), delivered() and status(), as EventMailbox does.
-template <typename Event, typename Mailbox>
+// A Buffer has Next(Event&), has_more(), delivered() and status(), as EventBuffer does.
+template <typename Event, typename Buffer>
 class SolverCall : public StreamCall<Event> {
  public:
   void OnDone() override {
@@ -42,19 +42,19 @@ class SolverCall : public StreamCall<Event> {
   SolverCall(CallEnvironment& environment, grpc::CallbackServerContext& context)
       : SolverCall(environment, context, NewSolveId()) {}
 
-  // Solves on a worker thread, releases the solver, and closes the mailbox.
+  // Solves on a worker thread, releases the solver, and closes the buffer.
   virtual void Run() = 0;
 
   absl::Status Admit() final { return TakeSolver(); }
   absl::Status Work() final {
     Run();
-    return absl::OkStatus();  // errors are in the mailbox, after the events that came before them
+    return absl::OkStatus();  // errors are in the buffer, after the events that came before them
   }
   absl::StatusOr<Got> Next(Event& event) final;
-  bool HasMore() const final { return mailbox_.has_more(); }
+  bool HasMore() const final { return buffer_.has_more(); }
 
   const std::string& id() const { return id_; }
-  void GiveSolverBack() { solver_.reset(); }
+  void ReleaseSolver() { solver_.reset(); }
   // Reserves memory until the call ends. Errors: ServerBusy.
   absl::Status HoldResult(std::int64_t bytes);
   // Stops the engine so early that `result_bytes` arrive before the deadline of the call.
@@ -62,7 +62,7 @@ class SolverCall : public StreamCall<Event> {
   // Logs a line about this call with the common fields and `facts`.
   void LogCall(const std::string& message, LogFields facts) const;
 
-  Mailbox mailbox_;
+  Buffer buffer_;
 
  private:
   SolverCall(CallEnvironment& environment, grpc::CallbackServerContext& context, const std::string& id)
@@ -77,7 +77,7 @@ class SolverCall : public StreamCall<Event> {
   grpc::Alarm alarm_;
 };
 
-class SolveCall final : public SolverCall<v1::SolveEvent, EventMailbox>, public SolveSink {
+class SolveCall final : public SolverCall<v1::SolveEvent, EventBuffer>, public SolveSink {
  public:
   // `request` is owned by gRPC and valid until OnDone().
   SolveCall(CallEnvironment& environment, grpc::CallbackServerContext& context, const v1::SolveRequest& request)
@@ -94,13 +94,13 @@ class SolveCall final : public SolverCall<v1::SolveEvent, EventMailbox>, public 
   const v1::SolveRequest& request_;
 };
 
-class EnsembleCall final : public SolverCall<v1::EnsembleEvent, EnsembleMailbox>, public EnsembleSink {
+class EnsembleCall final : public SolverCall<v1::EnsembleEvent, EnsembleBuffer>, public EnsembleSink {
  public:
   EnsembleCall(CallEnvironment& environment, grpc::CallbackServerContext& context,
                const v1::SolveEnsembleRequest& request)
       : SolverCall(environment, context), request_(request) {}
 
-  bool MayBegin(Index member, const std::stop_token& stop) override { return mailbox_.MayBegin(member, stop); }
+  bool MayBegin(Index member, const std::stop_token& stop) override { return buffer_.MayBegin(member, stop); }
   void Finished(Index member, FinishedSolve solve) override;
 
  protected:

@@ -67,8 +67,8 @@ grpc::ServerUnaryReactor* Compute(CallEnvironment& environment, const char* name
 
 // A kStore call: `run(caller)` returns a StatusOr of the response.
 template <typename Response, typename Run>
-grpc::ServerUnaryReactor* AskStore(CallEnvironment& environment, const grpc::CallbackServerContext& context,
-                                   const char* name, Response& response, Run run) {
+grpc::ServerUnaryReactor* CallStore(CallEnvironment& environment, const grpc::CallbackServerContext& context,
+                                    const char* name, Response& response, Run run) {
   return UnaryCall::Start(environment, CallKind::kStore, name,
                           [&response, run = std::move(run), caller = CallerOf(environment.access, context)](
                               const std::stop_token& /*stop*/) -> absl::Status {

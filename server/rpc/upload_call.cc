@@ -16,14 +16,12 @@ constexpr std::chrono::milliseconds kRetryUploadAfter{1000};
 
 }  // namespace
 
-absl::Status UploadPlace::NoneFree() {
-  return ServerBusy("max_uploads_at_once", UploadPlaces::kMax, kRetryUploadAfter);
-}
+absl::Status UploadSlot::AllTaken() { return ServerBusy("max_uploads_at_once", UploadSlots::kMax, kRetryUploadAfter); }
 
-grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadCall::Start(CallEnvironment& environment, UploadPlaces& places,
+grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadCall::Start(CallEnvironment& environment, UploadSlots& slots,
                                                                      const absl::StatusOr<Caller>& caller,
                                                                      v1::UploadProblemResponse& response) {
-  const auto call = std::make_shared<UploadCall>(environment, places, caller, response);
+  const auto call = std::make_shared<UploadCall>(environment, slots, caller, response);
   call->self_ = call;
   call->Admit();
   return call.get();
@@ -33,8 +31,8 @@ void UploadCall::Admit() {
   control_ = environment_.calls.Register(CallKind::kStore);
   if (control_ == nullptr) return End(ShuttingDown());
   if (!caller_.ok()) return End(caller_.status());
-  place_.emplace(places_);
-  if (!place_->is_free()) return End(UploadPlace::NoneFree());
+  slot_.emplace(slots_);
+  if (!slot_->is_free()) return End(UploadSlot::AllTaken());
   const std::weak_ptr<UploadCall> weak = weak_from_this();
   // On another thread: the registry, which stops all calls, holds the lock that the end of this one needs.
   on_stop_.emplace(control_->token(), [weak, &workers = environment_.store_workers] {
@@ -94,7 +92,7 @@ void UploadCall::OnDone() {
   // May be the last reference: moved out first, so that the pointer is not destroyed while it is being reset.
   const std::shared_ptr<UploadCall> self = std::move(self_);
   on_stop_.reset();
-  place_.reset();
+  slot_.reset();
 }
 
 }  // namespace dlcs

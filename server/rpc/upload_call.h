@@ -20,25 +20,25 @@
 namespace dlcs {
 
 // Uploads are held in memory, so the number of concurrent ones is limited.
-struct UploadPlaces {
+struct UploadSlots {
   static constexpr int kMax = 4;
   std::atomic<int> taken = 0;
 };
 
 // One of them, held while it lives.
-class UploadPlace {
+class UploadSlot {
  public:
-  explicit UploadPlace(UploadPlaces& places) : places_(places), is_free_(++places.taken <= UploadPlaces::kMax) {}
-  ~UploadPlace() { --places_.taken; }
-  UploadPlace(const UploadPlace&) = delete;
-  UploadPlace& operator=(const UploadPlace&) = delete;
+  explicit UploadSlot(UploadSlots& slots) : slots_(slots), is_free_(++slots.taken <= UploadSlots::kMax) {}
+  ~UploadSlot() { --slots_.taken; }
+  UploadSlot(const UploadSlot&) = delete;
+  UploadSlot& operator=(const UploadSlot&) = delete;
 
   bool is_free() const { return is_free_; }
-  // The error of an upload without a place, which may be repeated.
-  static absl::Status NoneFree();
+  // The error of an upload without a slot, which may be repeated.
+  static absl::Status AllTaken();
 
  private:
-  UploadPlaces& places_;
+  UploadSlots& slots_;
   const bool is_free_;
 };
 
@@ -46,15 +46,15 @@ class UploadPlace {
 class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest>,
                          public std::enable_shared_from_this<UploadCall> {
  public:
-  // `environment` and `places` must outlive the call; `response` is owned by gRPC and valid until OnDone().
-  static grpc::ServerReadReactor<v1::UploadProblemRequest>* Start(CallEnvironment& environment, UploadPlaces& places,
+  // `environment` and `slots` must outlive the call; `response` is owned by gRPC and valid until OnDone().
+  static grpc::ServerReadReactor<v1::UploadProblemRequest>* Start(CallEnvironment& environment, UploadSlots& slots,
                                                                   const absl::StatusOr<Caller>& caller,
                                                                   v1::UploadProblemResponse& response);
 
-  UploadCall(CallEnvironment& environment, UploadPlaces& places, const absl::StatusOr<Caller>& caller,
+  UploadCall(CallEnvironment& environment, UploadSlots& slots, const absl::StatusOr<Caller>& caller,
              v1::UploadProblemResponse& response)
       : environment_(environment),
-        places_(places),
+        slots_(slots),
         caller_(caller),
         upload_(environment.jobs->library(), caller.ok() ? caller->user : ""),
         response_(response) {}
@@ -71,7 +71,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest
   void End(const absl::StatusOr<v1::UploadProblemResponse>& end);
 
   CallEnvironment& environment_;
-  UploadPlaces& places_;
+  UploadSlots& slots_;
   const absl::StatusOr<Caller> caller_;
   Upload upload_;
   v1::UploadProblemResponse& response_;
@@ -79,7 +79,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest
   std::shared_ptr<SolveControl> control_;  // null when the call was refused
   std::optional<std::stop_callback<std::function<void()>>> on_stop_;
   std::atomic<bool> cancelled_ = false;
-  std::optional<UploadPlace> place_;
+  std::optional<UploadSlot> slot_;
   bool begun_ = false;
   v1::UploadProblemRequest part_;
   std::mutex mutex_;    // so that nothing is read after the end

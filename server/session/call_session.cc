@@ -123,7 +123,7 @@ absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemR
     return InvalidRequest({{"problem", "is not set; one of problem and problem_name must be"}});
   }
   if (absl::Status ranks = CheckRanks(request.options(), 0); !ranks.ok()) return ranks;
-  const absl::StatusOr<SoundSystem> read = ParseAndValidate(request.problem(), request.options(), limits);
+  const absl::StatusOr<ValidSystem> read = ParseAndValidate(request.problem(), request.options(), limits);
   if (!read.ok()) return read.status();
   absl::StatusOr<Analysis> analysis = AnalyzeValidated(std::get<Problem>(read->system), read->options, std::move(stop));
   if (!analysis.ok()) return FromEngine(analysis.status(), "problem");

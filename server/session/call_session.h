@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calls with one answer, from the request on the wire to the response on the wire, without any RPC in
-// them. The server runs them on its threads, the command line in its process. All errors carry google.rpc
-// details (server/wire/errors.h).
+// The unary calls, from the request on the wire to the response on the wire, without any RPC in them. The server runs
+// them on its threads, the command line in its process. All errors carry google.rpc details (server/wire/errors.h).
 
 #ifndef DLCS_SERVER_SESSION_CALL_SESSION_H_
 #define DLCS_SERVER_SESSION_CALL_SESSION_H_

@@ -33,7 +33,7 @@ std::int64_t HeldBytes(const PreparedEnsemble& prepared, const SessionLimits& li
   return std::min(prepared.all_bytes, std::max(largest, allowed));
 }
 
-absl::StatusOr<std::optional<OutputEvaluator>> OutputsOfMember(const SoundEnsemble& ensemble, const Options& options,
+absl::StatusOr<std::optional<OutputEvaluator>> OutputsOfMember(const ValidEnsemble& ensemble, const Options& options,
                                                                Index member) {
   if (ensemble.base.outputs.shown() == 0) return std::optional<OutputEvaluator>();
   return OutputsOf(MemberProblem(ensemble.base, ensemble.members[static_cast<std::size_t>(member)]), options);
@@ -62,7 +62,7 @@ absl::StatusOr<PreparedEnsemble> PrepareEnsemble(const v1::SolveEnsembleRequest&
     const absl::StatusOr<v1::SolveEnsembleRequest> whole = ResolveProblem(request, find);
     return whole.ok() ? PrepareEnsemble(*whole, limits) : whole.status();
   }
-  absl::StatusOr<SoundEnsemble> sound = ParseAndValidate(request, limits);
+  absl::StatusOr<ValidEnsemble> sound = ParseAndValidate(request, limits);
   if (!sound.ok()) return sound.status();
   PreparedEnsemble prepared;
   prepared.ensemble = *std::move(sound);
@@ -102,7 +102,7 @@ absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared
   };
   const std::stop_token stop = control.token();
   const auto may_begin = [&](Index member) { return !stop.stop_requested() && sink.MayBegin(member, stop); };
-  const SoundEnsemble& ensemble = prepared.ensemble;
+  const ValidEnsemble& ensemble = prepared.ensemble;
   const absl::Status status =
       SolveEnsembleValidated(ensemble.base, ensemble.members, ensemble.options, finished, stop, setups, may_begin);
   if (!status.ok()) return FromEngine(status, "problem");

@@ -23,7 +23,7 @@ namespace dlcs {
 
 // A request that is ready to run: converted, validated and within the limits.
 struct PreparedEnsemble {
-  SoundEnsemble ensemble;
+  ValidEnsemble ensemble;
   std::vector<std::string> labels;  // of the members
   std::vector<std::int64_t>
       result_bytes;             // for each member an upper bound of the memory that its result holds until it is read

@@ -136,14 +136,14 @@ Options Within(const SessionLimits& limits, Options options) {
 }
 
 template <typename System>
-absl::StatusOr<SoundSystem> Checked(System problem, const char* field, const v1::SolveOptions& wire_options,
+absl::StatusOr<ValidSystem> Checked(System problem, const char* field, const v1::SolveOptions& wire_options,
                                     std::vector<Violation> violations, const SessionLimits& limits,
                                     ComponentNames names) {
   Options options = OptionsFromProto(wire_options, violations);
   if (violations.empty()) violations = AllViolations(problem, options);
   AddNames(names, violations);
   if (!violations.empty()) return InvalidRequest(InRequest(violations, field));
-  return SoundSystem{std::move(problem), Within(limits, std::move(options)), std::move(names)};
+  return ValidSystem{std::move(problem), Within(limits, std::move(options)), std::move(names)};
 }
 
 // An upper bound of the number of steps, as a double because T / step may be anything.
@@ -178,7 +178,7 @@ absl::Status CheckLimit(const char* name, double asked, std::int64_t limit) {
   return LimitExceeded(name, limit, static_cast<std::int64_t>(std::min(asked, 9e18)));
 }
 
-absl::StatusOr<SoundSystem> ParseAndValidate(const v1::Problem& problem, const v1::SolveOptions& options,
+absl::StatusOr<ValidSystem> ParseAndValidate(const v1::Problem& problem, const v1::SolveOptions& options,
                                              const SessionLimits& limits) {
   if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
@@ -186,7 +186,7 @@ absl::StatusOr<SoundSystem> ParseAndValidate(const v1::Problem& problem, const v
   return Checked(std::move(read), kLinear, options, std::move(violations), limits, NamesOf(problem));
 }
 
-absl::StatusOr<SoundSystem> ParseAndValidate(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
+absl::StatusOr<ValidSystem> ParseAndValidate(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
                                              const SessionLimits& limits) {
   if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
@@ -194,7 +194,7 @@ absl::StatusOr<SoundSystem> ParseAndValidate(const v1::NonlinearProblem& problem
   return Checked(std::move(read), kNonlinear, options, std::move(violations), limits, NamesOf(problem));
 }
 
-absl::StatusOr<SoundEnsemble> ParseAndValidate(const v1::SolveEnsembleRequest& request, const SessionLimits& limits) {
+absl::StatusOr<ValidEnsemble> ParseAndValidate(const v1::SolveEnsembleRequest& request, const SessionLimits& limits) {
   absl::Status limit = CheckRanks(request.options(), 0);
   limit.Update(CheckLimit("max_members", request.members_size(), limits.max_members));
   limit.Update(CheckShapes(request.problem(), limits));
@@ -202,7 +202,7 @@ absl::StatusOr<SoundEnsemble> ParseAndValidate(const v1::SolveEnsembleRequest& r
   if (!limit.ok()) return limit;
 
   std::vector<Violation> violations;
-  SoundEnsemble read{ProblemFromProto(request.problem(), violations),
+  ValidEnsemble read{ProblemFromProto(request.problem(), violations),
                      OptionsFromProto(request.options(), violations),
                      {},
                      NamesOf(request.problem())};

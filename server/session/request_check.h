@@ -43,11 +43,11 @@ struct SessionLimits {
 // OK, or ResourceExhausted naming the limit.
 absl::Status CheckLimit(const char* name, double asked, std::int64_t limit);
 
-// OK if `options` asks for at most `max_ranks` processes of MPI. Errors: InvalidArgument where it asks for some and
-// there are none, or for less than none; ResourceExhausted naming the limit.
+// OK if `options` asks for at most `max_ranks` processes of MPI. Errors: InvalidArgument if it asks for ranks and
+// max_ranks is 0, or for a negative number; ResourceExhausted naming the limit.
 absl::Status CheckRanks(const v1::SolveOptions& options, int max_ranks);
 
-struct SoundSystem {
+struct ValidSystem {
   std::variant<Problem, NonlinearProblem> system;
   Options options;
   ComponentNames names;
@@ -57,12 +57,12 @@ struct SoundSystem {
 // anything is allocated, then the conversion, then the rules. Errors: ResourceExhausted naming the limit;
 // InvalidArgument with every violation found (only those of the conversion if there are any, since the rules need
 // correct shapes).
-absl::StatusOr<SoundSystem> ParseAndValidate(const v1::Problem& problem, const v1::SolveOptions& options,
+absl::StatusOr<ValidSystem> ParseAndValidate(const v1::Problem& problem, const v1::SolveOptions& options,
                                              const SessionLimits& limits);
-absl::StatusOr<SoundSystem> ParseAndValidate(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
+absl::StatusOr<ValidSystem> ParseAndValidate(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
                                              const SessionLimits& limits);
 
-struct SoundEnsemble {
+struct ValidEnsemble {
   Problem base;
   Options options;
   std::vector<EnsembleMember> members;
@@ -70,9 +70,9 @@ struct SoundEnsemble {
 };
 
 // The same for an ensemble; fields of a member are named members[3].x0[1].
-absl::StatusOr<SoundEnsemble> ParseAndValidate(const v1::SolveEnsembleRequest& request, const SessionLimits& limits);
+absl::StatusOr<ValidEnsemble> ParseAndValidate(const v1::SolveEnsembleRequest& request, const SessionLimits& limits);
 
-// The threads of a solve whose options ask for `asked`; 0 takes all.
+// The threads of a solve whose options request `asked`; 0 means all.
 int AllowedThreads(int asked, const SessionLimits& limits);
 
 // Numbers in the trajectory for each time: t, x, y, w and the outputs.

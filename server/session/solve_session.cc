@@ -41,7 +41,7 @@ absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Opti
   return SolveNonlinearValidated(problem, options, observer, std::move(stop));
 }
 
-absl::StatusOr<SoundSystem> ReadSystem(const v1::SolveRequest& request, const SessionLimits& limits) {
+absl::StatusOr<ValidSystem> ReadSystem(const v1::SolveRequest& request, const SessionLimits& limits) {
   if (request.has_nonlinear()) return ParseAndValidate(request.nonlinear(), request.options(), limits);
   return ParseAndValidate(request.problem(), request.options(), limits);
 }
@@ -129,12 +129,12 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
     const absl::StatusOr<v1::SolveRequest> whole = ResolveProblem(request, find);
     return whole.ok() ? PrepareSolve(*whole, limits) : whole.status();
   }
-  if (request.has_overrides()) return InvalidRequest({{"overrides", "go with problem_name only"}});
+  if (request.has_overrides()) return InvalidRequest({{"overrides", "are allowed with problem_name only"}});
   if (request.system_case() == v1::SolveRequest::SYSTEM_NOT_SET) {
     return InvalidRequest({{"problem", "is not set; one of problem, nonlinear and problem_name must be"}});
   }
   if (absl::Status ranks = CheckRanks(request.options(), limits.max_ranks); !ranks.ok()) return ranks;
-  absl::StatusOr<SoundSystem> sound = ReadSystem(request, limits);
+  absl::StatusOr<ValidSystem> sound = ReadSystem(request, limits);
   if (!sound.ok()) return sound.status();
   PreparedSolve prepared{std::move(sound->system), std::move(sound->options), 0, std::move(sound->names)};
   const absl::StatusOr<std::int64_t> bytes = CountResultBytes(prepared.system, prepared.options, limits);

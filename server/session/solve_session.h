@@ -82,7 +82,7 @@ class FinishedSolve {
   std::optional<v1::SolveEvent> NextEvent();
 
   const Solution& solution() const { return solution_; }
-  // What evaluates its outputs; null where it has none.
+  // The evaluator of its outputs; null if it has none.
   OutputEvaluator* outputs() { return outputs_ ? &*outputs_ : nullptr; }
   // As in the summary: DEADLINE, where the engine only knows that it was cancelled.
   v1::Termination termination() const;
@@ -96,7 +96,7 @@ class FinishedSolve {
   bool summary_made_ = false;
 };
 
-// What evaluates the outputs of `problem` in trajectories; nothing where it has none. Errors: those of
+// The evaluator of the outputs of `problem` in trajectories; absent if it has none. Errors: those of
 // OutputEvaluator::Create().
 absl::StatusOr<std::optional<OutputEvaluator>> OutputsOf(const Problem& problem, const Options& options);
 

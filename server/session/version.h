@@ -8,10 +8,10 @@
 
 namespace dlcs {
 
-// Of the project, as CMake knows it.
+// The version of the project, set by CMake.
 inline constexpr char kVersion[] = DLCS_VERSION;
 
-// How it was made, as of the last time that CMake configured it.
+// How the program was built, as of the last run of CMake.
 struct BuildInfo {
   const char* revision;  // "v0.1.0-12-g00e0c43"; "unknown" outside a git repository
   const char* compiler;  // "GNU 12.2.0"

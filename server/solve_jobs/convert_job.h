@@ -15,19 +15,19 @@
 
 namespace dlcs {
 
-// "jobs/ID", and the way back. Errors: InvalidArgument where the text is no name of a job.
+// "jobs/ID", and back. Errors: InvalidArgument if the text is not the name of a job.
 std::string JobName(const jobs::JobId& id);
 absl::StatusOr<jobs::JobId> JobIdOf(const std::string& name);
 
 google::protobuf::Timestamp ToProto(jobs::Time time);
-// Microseconds; what is finer is cut off.
+// Truncated to microseconds.
 jobs::Time FromProto(const google::protobuf::Timestamp& time);
 v1::JobState ToProto(jobs::JobState state);
 // Absent for a state that this version does not know.
 std::optional<jobs::JobState> FromProto(v1::JobState state);
-// Without the summary, and without what it waits for.
+// The fields `summary` and `waiting_for` are not set.
 v1::SolveJob ToProto(const jobs::Job& job);
-// Of a job with this Job::about, the ranks of MPI that it asks for; 0: none.
+// The number of MPI ranks that a job with this Job::about requests; 0: none.
 int RanksOf(const std::string& about);
 
 // The payloads of events are SolveEvents in which only the kind is set (JobSolver makes them); of kState it is the

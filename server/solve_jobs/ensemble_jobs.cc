@@ -24,14 +24,14 @@ namespace {
 using Members = google::protobuf::RepeatedPtrField<v1::EnsembleMember>;
 
 constexpr std::int64_t kDefaultShardMembers = 1000;
-// Long enough for the store not to matter, short enough for others to get their turn.
+// Long enough that the store costs little in comparison, short enough that other jobs get their turn.
 constexpr double kShardCoreSeconds = 20;
 constexpr std::int64_t kShardResultBytes = 1'000'000;
 // Members that are converted at the same time to check them.
 constexpr int kCheckedAtOnce = 10'000;
-// Of a member in memory, beside its solution.
+// Memory for a member, without its solution.
 constexpr std::int64_t kMemberBytes = 2000;
-// Of all nodes of the members that broke down and are solved at the same time.
+// Memory for all nodes of the failed members that FindEnds() solves at the same time.
 constexpr std::int64_t kBytesOfNodes = 64'000'000;
 
 // "members[3].x0[1]" of a part of the members that begins at `first`, as in the whole list.
@@ -77,8 +77,8 @@ std::optional<double> CommonEnd(const v1::SolveOptions& options, const Members& 
   return own && options.period() <= 0 ? std::nullopt : KnownEnd(options, horizon);
 }
 
-// Adds the end to the output times where there are any, and where nothing but the end is kept. Errors: InvalidArgument
-// for output times of members that do not end together: some would lack their end.
+// Adds the end to the output times if there are any, or if only the end is kept. Errors: InvalidArgument for output
+// times of members that do not end together: some would lack their end.
 absl::Status AddEnd(std::optional<double> end, bool extrema, v1::SolveOptions& options) {
   const auto& times = options.output_times();
   if (!end && !times.empty()) {
@@ -116,7 +116,7 @@ absl::StatusOr<SplitEnsemble> Split(v1::CreateEnsembleJobRequest request, const 
   absl::StatusOr<v1::SolveEnsembleRequest> whole = ensemble;
   if (NamesProblem(ensemble)) whole = ResolveProblem(ensemble, find);
   if (!whole.ok()) return whole.status();
-  // A horizon that is none is named with what else is wrong with the problem.
+  // An invalid horizon is reported with the other violations of the problem.
   if (const double horizon = whole->problem().horizon(); horizon > 0) {
     const std::optional<double> end = CommonEnd(ensemble.options(), members, horizon);
     const absl::Status status = AddEnd(end, request.results().extrema(), *ensemble.mutable_options());
@@ -125,7 +125,7 @@ absl::StatusOr<SplitEnsemble> Split(v1::CreateEnsembleJobRequest request, const 
   *whole->mutable_options() = ensemble.options();
   absl::StatusOr<PreparedEnsemble> prepared = CheckMembers(*whole, members, limits);
   if (!prepared.ok()) return prepared.status();
-  const SoundEnsemble& sound = prepared->ensemble;
+  const ValidEnsemble& sound = prepared->ensemble;
   absl::StatusOr<std::vector<v1::EnsembleColumn>> columns = ColumnsOf(request.results(), sound.base, sound.names);
   if (!columns.ok()) return columns.status();
   const double result_bytes = static_cast<double>(MemberResultBytes(columns->size())) * members.size();
@@ -145,7 +145,7 @@ absl::StatusOr<SplitEnsemble> Split(v1::CreateEnsembleJobRequest request, const 
   const int in_shard = static_cast<int>(std::min<std::int64_t>(*size, members.size()));
   const int threads = std::clamp(sound.options.num_threads, 1, in_shard);
   split.demand.core_seconds *= in_shard;
-  // All that are free at the server that solves it, which may have more than this one.
+  // All threads that are free on the server that solves the shard, which may have more of them than this one.
   split.demand.threads = ensemble.options().threads() > 0 ? threads : in_shard;
   split.demand.memory_bytes =
       split.demand.memory_bytes * threads + (2 * MemberResultBytes(columns->size()) + kMemberBytes) * in_shard;
@@ -169,7 +169,7 @@ absl::StatusOr<SplitEnsemble> Split(v1::CreateEnsembleJobRequest request, const 
 
 namespace {
 
-// Takes the members of a shard as they finish.
+// Receives the members of a shard as they finish.
 class ShardSink final : public EnsembleSink {
  public:
   ShardSink(ShardResults results, Metrics& metrics) : results_(std::move(results)), metrics_(metrics) {}
@@ -191,7 +191,7 @@ class ShardSink final : public EnsembleSink {
   Metrics& metrics_;
 };
 
-// Takes the ends of members that broke down, the k-th of which has the number broken[k].
+// Receives the ends of failed members, the k-th of which has the number broken[k].
 class EndSink final : public EnsembleSink {
  public:
   EndSink(const std::vector<Index>& broken, ShardResults& results) : broken_(broken), results_(results) {}
@@ -237,7 +237,7 @@ jobs::JobEnd EnsembleSolver::Solve(jobs::JobRun& run) const {
   absl::StatusOr<PreparedEnsemble> prepared =
       PrepareEnsemble(request.ensemble(), limits_, library_.Of(run.job().owner));
   if (!prepared.ok()) return {InAllMembers(prepared.status(), first), ""};
-  const SoundEnsemble& ensemble = prepared->ensemble;
+  const ValidEnsemble& ensemble = prepared->ensemble;
   absl::StatusOr<std::vector<v1::EnsembleColumn>> columns = ColumnsOf(request.results(), ensemble.base, ensemble.names);
   if (!columns.ok()) return {columns.status(), ""};
   prepared->ensemble.options.num_threads = run.threads();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ensembles as jobs: split into shards, each of which is solved by whichever server has time.
+// Ensembles as jobs: each is split into shards, and any server with free cores solves a shard.
 
 #ifndef DLCS_SERVER_SOLVE_JOBS_ENSEMBLE_JOBS_H_
 #define DLCS_SERVER_SOLVE_JOBS_ENSEMBLE_JOBS_H_
@@ -26,8 +26,8 @@ class SolveControl;
 inline constexpr std::int64_t kMaxShards = 10'000;
 
 // An ensemble that is ready to be stored. The body is the CreateEnsembleJobRequest without its members, and the input
-// of a shard is a SolveEnsembleRequest with the members of that shard and nothing else: one after the other, they are
-// the request for that shard.
+// of a shard is a SolveEnsembleRequest with only the members of that shard: the two texts concatenated are the request
+// for that shard.
 struct SplitEnsemble {
   std::string body;
   std::vector<std::string> shards;
@@ -53,8 +53,8 @@ class EnsembleSolver {
   jobs::JobEnd Solve(jobs::JobRun& run) const;
 
  private:
-  // Solves the members `broken` of `ensemble` once more for all nodes: the last state that is known of a member that
-  // broke down is at none of the output times.
+  // Solves the members `broken` of `ensemble` again, now with all nodes as output times, since the last known state of
+  // a member that failed is at none of its output times.
   absl::Status FindEnds(const jobs::JobRun& run, const v1::SolveEnsembleRequest& ensemble,
                         const std::vector<Index>& broken, const SolveControl& control, ShardResults& results) const;
 

@@ -125,7 +125,7 @@ v1::MemberOutcome OutcomeOf(const Verdict& verdict) {
   return verdict.success ? v1::MEMBER_OUTCOME_REACHED : v1::MEMBER_OUTCOME_FAILED;
 }
 
-// A token says whose it is: that of another job would skip shards.
+// A token names its job, since the token of another job would skip shards.
 std::string TokenBegin(const jobs::JobId& id) { return fmt::format("{}:", id); }
 
 void AddCounts(const v1::EnsembleCounts& part, v1::EnsembleCounts& sum) {

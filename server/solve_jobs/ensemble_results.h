@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is kept of the members of an ensemble that runs as a job, and how it is read.
+// The stored results of an ensemble that runs as a job: collecting and reading them.
 
 #ifndef DLCS_SERVER_SOLVE_JOBS_ENSEMBLE_RESULTS_H_
 #define DLCS_SERVER_SOLVE_JOBS_ENSEMBLE_RESULTS_H_
@@ -31,17 +31,17 @@ std::int64_t MemberResultBytes(std::size_t columns);
 // Collects the results of one shard. Not thread-safe.
 class ShardResults {
  public:
-  // Of `members` members, the first of which has the number `first` in its ensemble.
+  // For a shard of `members` members, the first of which has the number `first` in its ensemble.
   ShardResults(std::vector<v1::EnsembleColumn> columns, std::int64_t first, Index members);
 
   // `member` counts from the first of the shard. Cost: one pass over the trajectory if extrema are kept.
   void Add(Index member, FinishedSolve solve);
 
-  // Of a member that was added, replaces the values at its end by those at the end of `solve`, and includes them in its
+  // Replaces the values at the end of `member`, which was added before, by those at the end of `solve`, and updates its
   // extrema.
   void SetEnd(Index member, FinishedSolve solve);
 
-  // To be called once every member was added.
+  // Call it once, after all members were added.
   jobs::ShardResult Take() &&;
 
  private:

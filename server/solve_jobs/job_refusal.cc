@@ -12,7 +12,7 @@
 namespace dlcs {
 namespace {
 
-// The message; programs read the details.
+// The message for users; programs read the details of the status.
 std::string InWords(const jobs::Refusal& refusal) {
   if (refusal.limit == "deadline") {
     return fmt::format("The predicted time until the job ends is {:.3g} s, but the deadline leaves {:.3g} s.",

@@ -14,7 +14,7 @@
 namespace dlcs {
 namespace {
 
-// The run is in this process.
+// Forwards to a run in this process.
 class RunSink final : public AttemptSink {
  public:
   explicit RunSink(jobs::JobRun& run) : run_(run) {}
@@ -108,7 +108,7 @@ jobs::JobEnd JobSolver::Attempt(jobs::JobRun& run) const {
   if (!prepared.ok()) return {prepared.status(), ""};
   absl::StatusOr<EarlierAttempts> earlier = ReadEarlier(run, *prepared);
   if (!earlier.ok()) return {earlier.status(), ""};
-  // Either is needed from here on, and may take up much memory.
+  // From here on only one of the two is needed, and the other may use much memory.
   if (request->options().ranks() > 0) {
     *prepared = {};
     return SolveOnRanks(ranks_, *std::move(request), *std::move(earlier), checkpoint_every_, limits_, run);

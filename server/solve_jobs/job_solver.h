@@ -32,8 +32,8 @@ jobs::Demand PredictDemand(const PreparedSolve& prepared);
 class JobSolver {
  public:
   // A checkpoint is made if the engine offers one and `checkpoint_every` has passed since the last. `setups` may be
-  // null; all references must outlive it. `ranks`: how to start those of a job that asks for some; without a launcher,
-  // `limits` has none.
+  // null; all references must outlive it. `ranks` says how to start the ranks of a job that requests them; without a
+  // launcher, limits.max_ranks is 0.
   JobSolver(const SessionLimits& limits, SetupCache* setups, jobs::JobStore& store, const ProblemLibrary& library,
             std::chrono::milliseconds checkpoint_every, RankSettings ranks)
       : limits_(limits),

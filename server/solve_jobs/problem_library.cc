@@ -20,7 +20,7 @@ namespace {
 constexpr std::string_view kProblemPrefix = "problems/";
 
 // The description of a problem without its matrices.
-v1::StoredProblem About(const SoundSystem& sound, const std::string& title) {
+v1::StoredProblem About(const ValidSystem& sound, const std::string& title) {
   v1::StoredProblem about;
   about.set_title(title);
   std::visit(
@@ -34,7 +34,7 @@ v1::StoredProblem About(const SoundSystem& sound, const std::string& title) {
   return about;
 }
 
-absl::StatusOr<SoundSystem> ReadBody(const v1::ProblemBody& body, const SessionLimits& limits) {
+absl::StatusOr<ValidSystem> ReadBody(const v1::ProblemBody& body, const SessionLimits& limits) {
   if (body.title().size() > kMaxTitleBytes) {
     return InvalidRequest({{"title", fmt::format("has {} bytes; at most {}", body.title().size(), kMaxTitleBytes)}});
   }
@@ -91,7 +91,7 @@ absl::StatusOr<v1::UploadProblemResponse> ProblemLibrary::Add(const std::string&
     if (!body.ParseFromString(problem.body)) {
       return InvalidRequest({{"data", "the bytes are not a dlcs.v1.ProblemBody"}});
     }
-    const absl::StatusOr<SoundSystem> sound = ReadBody(body, session_);
+    const absl::StatusOr<ValidSystem> sound = ReadBody(body, session_);
     if (!sound.ok()) return sound.status();
     problem.about = About(*sound, body.title()).SerializeAsString();
   }

@@ -35,8 +35,8 @@ class ProblemLibrary {
   // Looks up problems of `owner`. Must not outlive this object.
   ProblemResolver Of(std::string owner) const;
 
-  // To be called before an upload of `bytes`: checks the limits, and returns the problem if it is there already.
-  // Errors: NotFound if it has to be uploaded; ResourceExhausted naming the limit.
+  // Call it before an upload of `bytes`: checks the limits, and returns the problem if it is stored already. Errors:
+  // NotFound if it has to be uploaded; ResourceExhausted naming the limit.
   absl::StatusOr<v1::StoredProblem> Expect(const std::string& owner, const jobs::ProblemId& id,
                                            std::int64_t bytes) const;
   // Errors: InvalidArgument with every violation where `body` is no ProblemBody or its problem breaks a rule;

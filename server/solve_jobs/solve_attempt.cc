@@ -104,7 +104,7 @@ class RunObserver final : public Observer {
     } while (stored_ < end);
   }
 
-  // Columns of the trajectory that the store has, or is about to get.
+  // Number of columns of the trajectory that are stored or about to be stored.
   Index stored() const { return stored_; }
   // The solve has ended: from now on progress is that of storing the trajectory.
   void FinishWork() { share_ = 1; }

@@ -26,8 +26,8 @@ class SetupCache;
 bool WillCompare(const Options& options);
 inline constexpr double kWorkOfComparedSolve = 1.75;
 
-// The receiver of what an attempt finds: its run (jobs::JobRun documents the functions), or the worker that has the
-// run, at the other end of a connection. Called from one thread.
+// Receives the results of an attempt: its run (jobs::JobRun documents the functions), or a connection to the worker
+// that has the run. Called from one thread.
 class AttemptSink {
  public:
   virtual ~AttemptSink() = default;
@@ -37,18 +37,18 @@ class AttemptSink {
   virtual jobs::StopCause cause() const = 0;
 };
 
-// What earlier attempts have left.
+// The stored results of earlier attempts.
 struct EarlierAttempts {
   std::optional<std::string> state;  // JobRun::resume_state()
-  StoredTrajectory trajectory;       // all that is stored
+  StoredTrajectory trajectory;       // the stored part
 
-  // Everything is stored but the end of the job: its summary. Absent otherwise.
+  // The summary, if everything but the end of the job is stored; otherwise absent.
   static std::optional<std::string> SummaryIn(const std::optional<std::string>& state);
 };
 
 // Solves, with the threads in `prepared.options`; a checkpoint is made if the engine offers one and `checkpoint_every`
-// has passed since the last. Ends as jobs::SolveFunction says. `sink` is null in a process that takes part in a solve
-// of several (core/parallel/team.h) and does not speak for them. `setups` may be null.
+// has passed since the last. Ends as jobs::SolveFunction says. In a solve of several processes (core/parallel/team.h),
+// `sink` is null in all of them but one. `setups` may be null.
 jobs::JobEnd SolveAttempt(const PreparedSolve& prepared, EarlierAttempts earlier, AttemptSink* sink,
                           std::stop_token stop, SetupCache* setups, std::chrono::milliseconds checkpoint_every);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A problem that comes in pieces.
+// A problem that is uploaded in pieces.
 
 #ifndef DLCS_SERVER_SOLVE_JOBS_UPLOAD_H_
 #define DLCS_SERVER_SOLVE_JOBS_UPLOAD_H_
@@ -21,8 +21,8 @@ class Upload {
   // `library` must outlive it.
   Upload(const ProblemLibrary& library, std::string owner) : library_(library), owner_(std::move(owner)) {}
 
-  // The response if the problem is in the store already; absent if the pieces have to follow. Blocks on the store.
-  // Errors: InvalidArgument for a first part that is not a valid `start`; ResourceExhausted naming the limit.
+  // The response if the problem is in the store already; absent if the pieces must follow. Blocks on the store. Errors:
+  // InvalidArgument for a first part that is not a valid `start`; ResourceExhausted naming the limit.
   absl::StatusOr<std::optional<v1::UploadProblemResponse>> Begin(const v1::UploadProblemRequest& first);
   // Adds a piece. Errors: InvalidArgument if it is not a piece, or exceeds the announced size.
   absl::Status Take(const v1::UploadProblemRequest& next);

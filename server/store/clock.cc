@@ -6,7 +6,7 @@
 namespace dlcs::jobs {
 namespace {
 
-// So many seconds ahead in this process, for tests with servers whose clocks differ.
+// Tests set a number of seconds by which the clock of this process is ahead.
 Duration OffsetOfTests() {
   const char* const seconds = std::getenv("DLCS_TEST_CLOCK_OFFSET_S");
   return std::chrono::seconds(seconds == nullptr ? 0 : std::atoll(seconds));

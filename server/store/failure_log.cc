@@ -7,14 +7,14 @@ namespace dlcs::jobs {
 
 void FailureLog::Failed(const std::string& failure) {
   const std::lock_guard lock(mutex_);
-  if (failure != said_) spdlog::warn("{}", failure);
-  said_ = failure;
+  if (failure != last_failure_) spdlog::warn("{}", failure);
+  last_failure_ = failure;
 }
 
 void FailureLog::Recovered() {
   const std::lock_guard lock(mutex_);
-  if (!said_.empty()) spdlog::info("job store: works again");
-  said_.clear();
+  if (!last_failure_.empty()) spdlog::info("job store: works again");
+  last_failure_.clear();
 }
 
 }  // namespace dlcs::jobs

@@ -19,7 +19,7 @@ class FailureLog {
 
  private:
   std::mutex mutex_;
-  std::string said_;  // the last warning; empty while the store works
+  std::string last_failure_;  // the last warning; empty while the store works
 };
 
 }  // namespace dlcs::jobs

@@ -65,9 +65,9 @@ struct Outcome {
   std::string tally = {};     // as Job::tally
 };
 
-// What a shard of an ensemble left.
+// The result of a shard of an ensemble.
 struct ShardResult {
-  // What the members of stored shards add up to.
+  // The counts over the members of all stored shards.
   struct Count {
     std::string tally;  // the job's from now on
     std::string event;  // payload of kWindowAccepted
@@ -108,7 +108,7 @@ struct QueueDepth {
 struct JobChange {
   enum class What {
     // From the store itself:
-    kClaimable,   // the job was created, or given back
+    kClaimable,   // the job was created or released
     kEvents,      // it has further durable events; of jobs that some server follows
     kCancelling,  // it was asked to stop while it was running
     kUnknown,     // anything may have changed in any job
@@ -153,7 +153,7 @@ class JobStore {
                                                          const std::string& body_hash) = 0;
 
   virtual absl::StatusOr<Job> Get(const std::optional<std::string>& owner, const JobId& id) = 0;
-  // `page_size` from 1. Errors: INVALID_ARGUMENT for a token that no page gave.
+  // `page_size` from 1. Errors: INVALID_ARGUMENT for an invalid token.
   virtual absl::StatusOr<JobPage> List(const JobFilter& filter, int page_size, const std::string& page_token) = 0;
 
   // Requests a stop: QUEUED becomes CANCELLED with its summary, and so does an ensemble, whose leases are lost; a solve
@@ -185,7 +185,7 @@ class JobStore {
   // shard the ensemble has SUCCEEDED. Errors: ABORTED also where it is repeated: the result is in the store then.
   virtual absl::Status FinishShard(const Lease& lease, const ShardResult& result) = 0;
   // Releases the job, or the shard, so that any worker can resume it: QUEUED, or still CANCELLING. `through` is the
-  // last event number used; a shard uses none. `in_vain`: the attempt broke down, and counts as one without progress.
+  // last event number used; a shard uses none. `in_vain`: the attempt failed, and counts as one without progress.
   virtual absl::Status Release(const Lease& lease, std::int64_t through, bool in_vain) = 0;
 
   // The durable events after `after`, in order, at most `limit`.

@@ -57,9 +57,9 @@ class JobTable {
   // Inserts a new job, its body and its shards, QUEUED and without events, and returns its locked row. Absent if its
   // request_id was used meanwhile.
   virtual std::optional<JobRow> Insert(const NewJob& job) = 0;
-  // Writes what may change. `job.last_event` may be derived from the events instead.
+  // Writes the columns that may change. `job.last_event` may be derived from the events instead.
   virtual void Save(const JobRow& row) = 0;
-  // With all that belongs to it.
+  // Deletes the job with all its data.
   virtual void Delete(std::int64_t number) = 0;
 
   virtual std::string ReadBody(std::int64_t number) = 0;
@@ -75,7 +75,7 @@ class JobTable {
   virtual std::optional<ShardRow> FindClaimableShard(std::int64_t number) = 0;
   virtual std::string ReadShardInput(std::int64_t number, std::int64_t shard) = 0;
   virtual void SaveShard(std::int64_t number, const ShardRow& shard) = 0;
-  // One of them, or all.
+  // Deletes one of them, or all.
   virtual void DropShards(std::int64_t number, std::optional<std::int64_t> shard) = 0;
 };
 

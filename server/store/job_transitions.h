@@ -37,7 +37,7 @@ absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t throug
 // The job of `row`, if it exists and `owner` may see it.
 absl::StatusOr<Job> VisibleJob(const std::optional<JobRow>& row, const std::optional<std::string>& owner,
                                const JobId& id);
-// The row number below which a page begins. Errors: INVALID_ARGUMENT for a token that no page gave, or no page at all.
+// The row number below which a page begins. Errors: INVALID_ARGUMENT for an invalid token or page size.
 absl::StatusOr<std::int64_t> BeginOfPage(const std::string& page_token, int page_size);
 // One bit per state, at its number; all bits for an empty list.
 std::int64_t MaskOf(const std::vector<JobState>& states);

@@ -37,7 +37,7 @@ bool IsShared(std::string_view address) {
 
 absl::Status CheckStoreAddress(const std::string& address) {
   if (!IsShared(address)) return absl::OkStatus();
-  // There must be no second @: libpq would take the rest of a password for a host or a database, and print it in its
+  // There must be no second @: libpq would mistake the rest of a password for a host or a database, and print it in
   // errors.
   const std::string_view place = std::string_view(address).substr(address.find("://") + 3);
   const std::size_t first = place.find_first_of("@/");
@@ -45,8 +45,9 @@ absl::Status CheckStoreAddress(const std::string& address) {
                          place.substr(0, place.find('?', first)).find('@', first + 1) != std::string_view::npos;
   if (ambiguous || ParametersOf(address) == nullptr) {
     return absl::InvalidArgumentError(
-        "not an address as postgresql://USER@HOST:PORT/NAME?KEY=VALUE; of what stands in a user's name or a password, "
-        "@ is written %40, / is %2F and % is %25");
+        "not an address as postgresql://USER@HOST:PORT/NAME?KEY=VALUE; in a user name or a password write @ as %40, / "
+        "as "
+        "%2F and % as %25");
   }
   return absl::OkStatus();
 }

@@ -6,8 +6,8 @@
 
 #define DLCS_PROBLEM_COLUMNS "number, id, about, bytes, created, used"
 
-// True of a problem whose job has not ended. In PostgreSQL only in a statement behind the one that locked the problem:
-// it sees what was committed before the lock was given.
+// True for a problem that an unfinished job needs. In PostgreSQL it belongs in a statement after the one that locked
+// the problem, which sees everything that was committed before the lock was granted.
 #define DLCS_HELD                                                                                               \
   "EXISTS (SELECT 1 FROM jobs WHERE finished IS NULL AND jobs.problem <> '' AND jobs.problem = problems.id AND" \
   " jobs.owner = problems.owner)"

@@ -70,7 +70,7 @@ class ProblemStore {
   // Errors: FAILED_PRECONDITION while a job needs it.
   virtual absl::Status DeleteProblem(const std::string& owner, const ProblemId& id) = 0;
 
-  // `page_size` from 1. Errors: INVALID_ARGUMENT for a token that no page gave.
+  // `page_size` from 1. Errors: INVALID_ARGUMENT for an invalid token.
   virtual absl::StatusOr<ProblemPage> ListProblems(const std::string& owner, int page_size,
                                                    const std::string& page_token) = 0;
 };
@@ -78,7 +78,7 @@ class ProblemStore {
 // The errors of all stores.
 absl::Status NoSuchProblem(const ProblemId& id);
 absl::Status ProblemIsHeld();
-// OK, or INVALID_ARGUMENT for what is no ProblemId where a new problem has it.
+// OK if the id of a new problem is a ProblemId; otherwise INVALID_ARGUMENT.
 absl::Status CheckProblemId(const ProblemId& id);
 
 // OK if `quota` allows one more problem of `bytes` in addition to `problems` with `held` bytes; otherwise the refusal.

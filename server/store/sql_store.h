@@ -21,7 +21,8 @@ template <typename Database, typename Table>
 class SqlStore : public Store {
  public:
   absl::StatusOr<Created> Create(const NewJob& job) final {
-    return Told(JobChange::What::kClaimable, job.id, Write([&](Table& table) { return CreateJob(table, job); }));
+    return AnnounceIfOk(JobChange::What::kClaimable, job.id,
+                        Write([&](Table& table) { return CreateJob(table, job); }));
   }
   absl::StatusOr<std::optional<Job>> FindRequest(const std::string& owner, const std::string& request_id,
                                                  const std::string& body_hash) final {
@@ -32,8 +33,8 @@ class SqlStore : public Store {
   }
   absl::StatusOr<Job> RequestCancel(const std::optional<std::string>& owner, const JobId& id) final {
     absl::StatusOr<Job> job = Write([&](Table& table) { return RequestCancelOfJob(table, owner, id); });
-    if (job.ok() && job->state == JobState::kCancelling) Tell(JobChange::What::kCancelling, id);
-    return Told(JobChange::What::kEvents, id, std::move(job));
+    if (job.ok() && job->state == JobState::kCancelling) Announce(JobChange::What::kCancelling, id);
+    return AnnounceIfOk(JobChange::What::kEvents, id, std::move(job));
   }
   absl::Status Delete(const std::optional<std::string>& owner, const JobId& id) final {
     return Write([&](Table& table) { return DeleteJob(table, owner, id); });
@@ -43,7 +44,7 @@ class SqlStore : public Store {
                                                   std::span<const JobId> candidates) final {
     absl::StatusOr<std::optional<ClaimedJob>> claimed =
         Write([&](Table& table) { return ClaimJob(table, worker, lease, candidates); });
-    if (claimed.ok() && claimed->has_value()) Tell(JobChange::What::kEvents, (*claimed)->job.id);
+    if (claimed.ok() && claimed->has_value()) Announce(JobChange::What::kEvents, (*claimed)->job.id);
     return claimed;
   }
   absl::StatusOr<bool> RenewLease(const Lease& lease, Duration duration) final {
@@ -51,20 +52,20 @@ class SqlStore : public Store {
   }
   absl::Status Append(const Lease& lease, const Progress& progress) final {
     absl::Status status = Write([&](Table& table) { return AppendToJob(table, lease, progress); });
-    return progress.events.empty() ? status : Told(JobChange::What::kEvents, lease.job, std::move(status));
+    return progress.events.empty() ? status : AnnounceIfOk(JobChange::What::kEvents, lease.job, std::move(status));
   }
   absl::Status Finish(const Lease& lease, const Outcome& outcome) final {
-    return Told(JobChange::What::kEvents, lease.job,
-                Write([&](Table& table) { return FinishJob(table, lease, outcome); }));
+    return AnnounceIfOk(JobChange::What::kEvents, lease.job,
+                        Write([&](Table& table) { return FinishJob(table, lease, outcome); }));
   }
   absl::Status FinishShard(const Lease& lease, const ShardResult& result) final {
-    return Told(JobChange::What::kEvents, lease.job,
-                Write([&](Table& table) { return FinishShardOfJob(table, lease, result); }));
+    return AnnounceIfOk(JobChange::What::kEvents, lease.job,
+                        Write([&](Table& table) { return FinishShardOfJob(table, lease, result); }));
   }
   absl::Status Release(const Lease& lease, std::int64_t through, bool in_vain) final {
     absl::Status status = Write([&](Table& table) { return ReleaseJob(table, lease, through, in_vain); });
-    if (status.ok()) Tell(JobChange::What::kClaimable, lease.job);
-    return Told(JobChange::What::kEvents, lease.job, std::move(status));
+    if (status.ok()) Announce(JobChange::What::kClaimable, lease.job);
+    return AnnounceIfOk(JobChange::What::kEvents, lease.job, std::move(status));
   }
 
   bool Healthy() const final { return database_.healthy(); }
@@ -77,9 +78,9 @@ class SqlStore : public Store {
   // The rows of jobs in the transaction that `connection` is in.
   virtual Table TableIn(Connection& connection) const = 0;
 
-  // Tells the other servers, soon, that a transaction which is committed has changed the job: kClaimable, kEvents or
-  // kCancelling. Does not block.
-  virtual void Tell(JobChange::What what, const JobId& id) {
+  // Soon notifies the other servers of a committed change of the job: kClaimable, kEvents or kCancelling. Does not
+  // block.
+  virtual void Announce(JobChange::What what, const JobId& id) {
     static_cast<void>(what);
     static_cast<void>(id);
   }
@@ -88,8 +89,8 @@ class SqlStore : public Store {
 
  private:
   template <typename Result>
-  Result Told(JobChange::What what, const JobId& id, Result result) {
-    if (result.ok()) Tell(what, id);
+  Result AnnounceIfOk(JobChange::What what, const JobId& id, Result result) {
+    if (result.ok()) Announce(what, id);
     return result;
   }
 
@@ -98,7 +99,7 @@ class SqlStore : public Store {
   auto Write(const Rule& rule, const char* operation = __builtin_FUNCTION()) {
     return database_.Write(OnTable(rule), operation);
   }
-  // The same of one that only reads.
+  // The same for a rule that only reads.
   template <typename Rule>
   auto Read(const Rule& rule, const char* operation = __builtin_FUNCTION()) {
     return database_.Read(OnTable(rule), operation);

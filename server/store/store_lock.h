@@ -10,9 +10,9 @@
 
 namespace dlcs {
 
-// Locks a store file for this process as long as it lives: a second server would take the running jobs of the first for
-// its own from before a restart. The lock is on PATH.lock, which is not deleted; the kernel releases it when the
-// process ends. Databases, and servers without a store, need no lock.
+// Locks a store file for this process as long as it lives: a second server would mistake the running jobs of the first
+// one for its own from before a restart. The lock is on PATH.lock, which is not deleted; the kernel releases it when
+// the process ends. Databases, and servers without a store, need no lock.
 class StoreLock {
  public:
   // Errors: FailedPrecondition with the path, if another process holds the lock or it cannot be created.

@@ -14,7 +14,7 @@ namespace dlcs {
 
 // For ServerBuilder: counts calls, and the events, gaps and lag of streams of events, as they pass. When a call has
 // ended, the log has a line of level debug with its method, code, seconds, user, trace id, and the solve or job that it
-// was about. `access` says who the user is; it and `metrics` must outlive the server. Costs some microseconds a call.
+// was about. `access` identifies the user; it and `metrics` must outlive the server. Costs some microseconds per call.
 std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> NewRpcTelemetry(Metrics& metrics,
                                                                                        const Access& access);
 

@@ -16,7 +16,7 @@
 
 namespace dlcs {
 
-// Numbers that the formulas of a problem call by a name.
+// The named numbers in the formulas of a problem.
 using FormulaParameters = std::map<std::string, double, std::less<>>;
 
 struct ComponentNames {

@@ -20,7 +20,7 @@ inline constexpr std::size_t kMaxViolationBytes = 4096;
 // google.rpc.BadRequest, and its other payloads the details that they are, of a google.rpc.Status in the trailer.
 grpc::Status ToGrpc(const absl::Status& status);
 
-// The way back: a BadRequest becomes violations, other details become payloads, keyed by their type URL.
+// The inverse: a BadRequest becomes violations, other details become payloads, keyed by their type URL.
 absl::Status FromGrpc(const grpc::Status& status);
 
 }  // namespace dlcs

@@ -48,7 +48,7 @@ TEST(DlcsdTest, PrintsOneLineWhenReadyAndEndsOnSigterm) {
   EXPECT_THAT(log, HasSubstr(" termination=REACHED_END seconds="));
 }
 
-// A solve of a server that is to be told to stop; constructed, the engine runs.
+// A solve on a server that the test will stop. After construction the engine is running.
 class RunningSolve {
  public:
   RunningSolve(v1::SolverService::Stub& stub, std::int64_t steps) {
@@ -87,7 +87,7 @@ TEST(DlcsdTest, SolvesAreStoppedAfterTheGracePeriodAndTellTheirSummary) {
   dlcsd.Signal(SIGTERM);
   std::this_thread::sleep_for(milliseconds(100));
   EXPECT_EQ(testing::Solve(*stub, testing::SwitchingRequest(10)).status.error_code(), grpc::StatusCode::UNAVAILABLE);
-  // Stopped, not solved: the summary says so.
+  // The summary reports that the solve was stopped.
   const v1::Summary summary = solve.ReadToEnd();
   EXPECT_EQ(summary.termination(), v1::TERMINATION_CANCELLED);
   EXPECT_THAT(summary.message(), HasSubstr("shutting down"));
@@ -134,7 +134,7 @@ TEST(DlcsdTest, AClientThatStopsReadingNeitherStallsTheEngineNorGrowsTheServer) 
   if (testing::kSlowness > 1) return;  // too few events to fill anything, and sanitizers keep freed memory
   EXPECT_GT(summary.conflated_iterates(), 0);
   EXPECT_GT(Count(events, v1::SolveEvent::kGap), 0);
-  // What may grow: the mailbox (3 MB), what gRPC has in transit, and the trajectory itself, of which the
+  // Memory may grow by the buffer (3 MB), the messages in transit in gRPC, and the trajectory itself, of which the
   // engine holds a few copies while it solves. All events together would take several times that.
   const std::int64_t all_events = events.back().sequence() * 250;
   const std::int64_t allowed = 4 * kTrajectoryBytes + 20'000'000;

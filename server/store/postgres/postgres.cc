@@ -229,14 +229,14 @@ void PostgresConnection::RunConfirmed(const std::string& sql) {
   const auto begin = std::chrono::steady_clock::now();
   TakeWarning();
   Run(sql);
-  // Of nothing else a server warns at a commit.
+  // At a commit a server warns of nothing else.
   if (const std::string warning = TakeWarning(); !warning.empty()) throw PostgresError("", warning);
   confirmed_ = begin;
 }
 
 void PostgresConnection::Confirm() {
   if (std::chrono::steady_clock::now() - confirmed_ < kConfirmedFor) return;
-  // A record in the log, of which nobody takes notice, and no row that others may have locked.
+  // Writes a record to the log that nothing reads, and changes no row, which others may have locked.
   RunConfirmed(
       "SELECT pg_logical_emit_message(true, 'dlcs', '')::text"
       " WHERE current_setting('synchronous_standby_names') <> ''");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// libpq with owners: connections, statements with their values, results, transactions.
+// RAII wrappers of libpq: connections, statements with their values, results, transactions.
 //
 // Failures throw PostgresError, so that a transaction reads as the list of its steps; postgres_database.h turns them
 // into absl::Status.
@@ -29,8 +29,8 @@ namespace dlcs::jobs {
 class PostgresError final : public std::exception {
  public:
   PostgresError(std::string sqlstate, std::string text) : sqlstate_(std::move(sqlstate)), text_(std::move(text)) {}
-  // Five characters (PostgreSQL's manual, appendix A); empty if there was no answer: the connection is broken, and the
-  // last statement may or may not have been executed.
+  // Five characters (PostgreSQL's manual, appendix A); empty if there was no response: the connection is broken, and
+  // the last statement may or may not have been executed.
   const std::string& sqlstate() const { return sqlstate_; }
   // For the operator: may name hosts and users, never a password.
   const char* what() const noexcept override { return text_.c_str(); }
@@ -71,10 +71,10 @@ class PostgresValues {
   std::vector<const char*> data_;
   std::vector<int> sizes_;
   std::vector<int> formats_;
-  std::deque<std::array<char, 8>> numbers_;  // deque: addresses stay
+  std::deque<std::array<char, 8>> numbers_;  // a deque, since its elements must not move
 };
 
-// All rows of an answer. Columns of type BIGINT, DOUBLE PRECISION, TEXT and BYTEA are understood.
+// All rows of a result. Supports columns of type BIGINT, DOUBLE PRECISION, TEXT and BYTEA.
 class PostgresRows {
  public:
   explicit PostgresRows(pg_result* result) : result_(result, &Clear) {}
@@ -124,10 +124,10 @@ class PostgresConnection {
   // The last warning since the last call; empty if there was none.
   std::string TakeWarning() { return std::exchange(warning_, {}); }
 
-  // To be called behind a read, outside of transactions. A server that was the primary, and wakes up after its standby
-  // was promoted, still answers with what it knew. So where nothing was committed on this connection for a second, this
-  // commits, which a lost primary cannot where it has a synchronous standby; it throws then. Costs a round trip where
-  // there is none.
+  // Call it after a read, outside of transactions. A former primary that wakes up after its standby was promoted still
+  // returns old data. So if nothing was committed on this connection for a second, this function commits, which a
+  // former primary cannot do if it has a synchronous standby; then it throws. Without a standby it only costs a round
+  // trip.
   void Confirm();
   // Returns the previous value.
   Duration set_patience(Duration patience) { return std::exchange(patience_, patience); }
@@ -143,12 +143,12 @@ class PostgresConnection {
   PostgresRows RunWith(const std::string& sql, const PostgresValues& values);
   void Flush();
   PostgresRows Receive();
-  // Until the socket can be read, or written where `to_write` says so.
+  // Waits until the socket can be read or, if `to_write`, written.
   void Wait(bool to_write);
-  // The statement waits for the standby, at its commit.
+  // Runs a statement whose commit waits for the standby.
   void RunConfirmed(const std::string& sql);
   [[noreturn]] void ThrowLost() const;
-  // libpq gives it warnings and notices.
+  // Receives warnings and notices from libpq.
   static void Notice(void* connection, const pg_result* notice);
 
   pg_conn* connection_ = nullptr;

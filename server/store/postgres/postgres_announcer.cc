@@ -12,7 +12,7 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kBetweenStatements{20};
-// Of each set; a database that does not answer would let them grow.
+// The largest size of each set; they would grow while the database does not respond.
 constexpr std::size_t kMostJobs = 10'000;
 
 std::string PayloadOf(char letter, const JobId& job) { return letter + job; }
@@ -54,7 +54,7 @@ void PostgresAnnouncer::Announce(JobChange::What what, const JobId& job) {
     if (what == JobChange::What::kClaimable) {
       claimable_ = job;
     } else if (what == JobChange::What::kEvents && !followed_.Contains(job)) {
-      untold_.Add(job);
+      unannounced_.Add(job);
       return;
     } else if (payloads_.size() < kMostJobs) {
       payloads_.insert(PayloadOf(what == JobChange::What::kCancelling ? kPostgresCancelling : kPostgresEvents, job));
@@ -67,7 +67,7 @@ void PostgresAnnouncer::OnFollowed(const JobId& job) {
   {
     const std::lock_guard lock(mutex_);
     followed_.Add(job);
-    if (!untold_.Contains(job) || payloads_.size() >= kMostJobs) return;
+    if (!unannounced_.Contains(job) || payloads_.size() >= kMostJobs) return;
     payloads_.insert(PayloadOf(kPostgresEvents, job));
   }
   changed_.notify_one();
@@ -89,14 +89,14 @@ void PostgresAnnouncer::Work() {
 }
 
 void PostgresAnnouncer::Notify(const std::set<std::string>& payloads) {
-  const absl::Status told = database_.Read(
+  const absl::Status notified = database_.Read(
       [&](PostgresConnection& connection) {
         connection.Run("SELECT pg_notify($1, payload) FROM unnest($2::text[]) AS payload",
                        std::string(kPostgresChannel), "{" + absl::StrJoin(payloads, ",") + "}");
         return absl::OkStatus();
       },
       "Announce");
-  told.IgnoreError();  // others poll
+  notified.IgnoreError();  // others poll
 }
 
 }  // namespace dlcs::jobs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells the other servers on one PostgreSQL what this one has changed (NOTIFY).
+// Notifies the other servers on one PostgreSQL of changes by this one (NOTIFY).
 
 #ifndef DLCS_SERVER_STORE_POSTGRES_POSTGRES_ANNOUNCER_H_
 #define DLCS_SERVER_STORE_POSTGRES_POSTGRES_ANNOUNCER_H_
@@ -65,7 +65,7 @@ class PostgresAnnouncer {
   JobId claimable_;  // the last one
   std::set<std::string> payloads_;
   RecentJobs followed_{std::chrono::seconds(15)};
-  RecentJobs untold_{std::chrono::seconds(5)};
+  RecentJobs unannounced_{std::chrono::seconds(5)};
   bool ending_ = false;
   std::thread thread_;
 };

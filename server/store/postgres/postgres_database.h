@@ -51,7 +51,7 @@ class PostgresDatabase {
 
   // The result of `body(PostgresConnection&)`, an absl::Status or absl::StatusOr, in a transaction that is committed,
   // durably, when it is OK, and rolled back otherwise. Errors of its own: UNAVAILABLE, DATA_LOSS, FAILED_PRECONDITION
-  // (Migrate()), INTERNAL for broken SQL. After UNAVAILABLE it may have been done all the same.
+  // (Migrate()), INTERNAL for broken SQL. After UNAVAILABLE the transaction may still have been committed.
   template <typename Body>
   auto Write(Body&& body, const char* operation = __builtin_FUNCTION())
       -> std::invoke_result_t<Body, PostgresConnection&> {
@@ -92,13 +92,13 @@ class PostgresDatabase {
 
  private:
   // Returns its connection to the pool when it is destroyed.
-  class Lent {
+  class PooledConnection {
    public:
-    Lent(PostgresDatabase& database, std::unique_ptr<PostgresConnection> connection)
+    PooledConnection(PostgresDatabase& database, std::unique_ptr<PostgresConnection> connection)
         : database_(database), connection_(std::move(connection)) {}
-    ~Lent() { database_.GiveBack(std::move(connection_)); }
-    Lent(const Lent&) = delete;
-    Lent& operator=(const Lent&) = delete;
+    ~PooledConnection() { database_.GiveBack(std::move(connection_)); }
+    PooledConnection(const PooledConnection&) = delete;
+    PooledConnection& operator=(const PooledConnection&) = delete;
     PostgresConnection& operator*() const { return *connection_; }
 
    private:
@@ -111,8 +111,8 @@ class PostgresDatabase {
     try {
       absl::StatusOr<std::unique_ptr<PostgresConnection>> connection = Take();
       if (!connection.ok()) return connection.status();
-      const Lent lent(*this, *std::move(connection));
-      return body(*lent);
+      const PooledConnection pooled(*this, *std::move(connection));
+      return body(*pooled);
     } catch (const PostgresError& error) {
       return Failed(error);
     }
@@ -133,7 +133,7 @@ class PostgresDatabase {
   std::mutex mutex_;
   std::condition_variable given_back_;
   std::vector<std::unique_ptr<PostgresConnection>> idle_;
-  int num_open_ = 0;  // idle, lent, or being made
+  int num_open_ = 0;  // idle, pooled, or being made
   std::chrono::steady_clock::time_point next_attempt_{};
   Duration pause_{0};
 };

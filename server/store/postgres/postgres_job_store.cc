@@ -117,7 +117,7 @@ absl::StatusOr<int> PostgresJobStore::ExpireJobs(const Expiry& expiry) {
   const absl::StatusOr<std::vector<std::int64_t>> expired =
       database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<std::vector<std::int64_t>> {
         // Of the oldest jobs, those that are too old, or that together with more recent ones exceed the allowed size.
-        // The sum is all that reads every row; it is read once a minute.
+        // Only the sum reads every row; it is computed once a minute.
         const PostgresRows rows = connection.Run(
             "SELECT number FROM (SELECT number, finished,"
             " (SELECT SUM(stored_bytes) FROM jobs WHERE finished IS NOT NULL) + stored_bytes"
@@ -159,13 +159,13 @@ void PostgresJobStore::Subscribe(std::function<void(const JobChange&)> on_change
 
 void PostgresJobStore::Publish(const JobChange& change) {
   const std::vector<std::string> notices = NoticesOf(change);
-  const absl::Status told = database_.Write([&](PostgresConnection& connection) {
+  const absl::Status published = database_.Write([&](PostgresConnection& connection) {
     for (const std::string& notice : notices) {
       connection.Run("SELECT pg_notify($1, $2)", std::string(kPostgresChannel), notice);
     }
     return absl::OkStatus();
   });
-  told.IgnoreError();  // healthy() reports it
+  published.IgnoreError();  // healthy() reports it
 }
 
 absl::Status PostgresJobStore::Probe() {

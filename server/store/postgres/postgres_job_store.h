@@ -42,7 +42,7 @@ class PostgresJobStore final : public SqlStore<PostgresDatabase, PostgresJobTabl
 
  private:
   PostgresJobTable TableIn(PostgresConnection& connection) const override { return PostgresJobTable(connection); }
-  void Tell(JobChange::What what, const JobId& id) override { announcer_.Announce(what, id); }
+  void Announce(JobChange::What what, const JobId& id) override { announcer_.Announce(what, id); }
 
   // Delete finished jobs, and problems that were not used for long. Each returns how many.
   absl::StatusOr<int> ExpireJobs(const Expiry& expiry);

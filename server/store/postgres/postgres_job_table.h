@@ -30,7 +30,7 @@ namespace dlcs::jobs {
 // The rows of an answer whose columns are DLCS_POSTGRES_JOB_COLUMNS.
 std::vector<JobRow> ReadJobs(const PostgresRows& rows);
 
-// In the transaction that `connection` is in.
+// The rows in the transaction of `connection`.
 class PostgresJobTable final : public JobTable {
  public:
   explicit PostgresJobTable(PostgresConnection& connection) : connection_(connection) {}

@@ -24,8 +24,8 @@ constexpr int kNoSocket = -1;
 
 }  // namespace
 
-PostgresListener::PostgresListener(const PostgresDatabase& database, std::function<void(const JobChange&)> heard)
-    : database_(database), heard_(std::move(heard)), wake_(eventfd(0, EFD_CLOEXEC)) {
+PostgresListener::PostgresListener(const PostgresDatabase& database, std::function<void(const JobChange&)> on_change)
+    : database_(database), on_change_(std::move(on_change)), wake_(eventfd(0, EFD_CLOEXEC)) {
   thread_ = std::jthread([this](const std::stop_token& stop) { Work(stop); });
 }
 
@@ -48,12 +48,12 @@ void PostgresListener::Work(const std::stop_token& stop) {
     try {
       const std::unique_ptr<PostgresConnection> connection = database_.Connect();
       connection->Run(std::string("LISTEN ") + kPostgresChannel);
-      heard_(JobChange());
+      on_change_(JobChange());
       NoticeReader reader;
       while (!stop.stop_requested()) {
         Sleep(connection->socket(), kForever);
         for (const std::string& payload : connection->TakeNotifications()) {
-          if (const std::optional<JobChange> change = reader.Read(payload)) heard_(*change);
+          if (const std::optional<JobChange> change = reader.Read(payload)) on_change_(*change);
         }
       }
     } catch (const PostgresError&) {

@@ -15,11 +15,11 @@
 namespace dlcs::jobs {
 
 // A thread with its own connection. Notifications are lost while the connection is broken; after reconnecting it
-// reports kUnknown. The destructor waits for a running call of `heard`.
+// reports kUnknown. The destructor waits for a running call of `on_change`.
 class PostgresListener {
  public:
   // `database` must outlive it.
-  PostgresListener(const PostgresDatabase& database, std::function<void(const JobChange&)> heard);
+  PostgresListener(const PostgresDatabase& database, std::function<void(const JobChange&)> on_change);
   ~PostgresListener();
 
  private:
@@ -28,7 +28,7 @@ class PostgresListener {
   void Sleep(int socket, std::chrono::milliseconds duration) const;
 
   const PostgresDatabase& database_;
-  const std::function<void(const JobChange&)> heard_;
+  const std::function<void(const JobChange&)> on_change_;
   int wake_ = -1;  // can be read when the thread has to end
   std::jthread thread_;
 };

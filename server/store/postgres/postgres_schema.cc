@@ -16,9 +16,9 @@ constexpr std::int64_t kMigrationLock = 0x646c6373;
 // Time limit for other servers' migrations and for a script.
 constexpr std::chrono::minutes kPatience{30};
 
-// As in SQLite (sqlite_schema.cc), where the comments are; what differs: what users write is BYTEA where it may be any
-// bytes in any encoding, numbers have one type, which is all that postgres.h reads, and the last event is kept with the
-// job. Blobs are numbers or were compressed: the database need not try.
+// As in SQLite; sqlite_schema.cc has the comments. Differences: text of users that may be any bytes is BYTEA, numbers
+// have the one type that postgres.h reads, and the number of the last event is stored with the job. Blobs are numbers
+// or already compressed, so the database does not compress them.
 constexpr const char* kVersion1 = R"sql(
 CREATE FUNCTION dlcs_now() RETURNS BIGINT STABLE LANGUAGE sql
   AS 'SELECT (extract(epoch FROM statement_timestamp()) * 1000000)::bigint';
@@ -199,7 +199,7 @@ void MigrateOnce(PostgresConnection& connection, std::span<const PostgresMigrati
   if (done < steps.size()) {
     connection.Execute(steps[done].script);
     connection.Execute("ALTER TABLE dlcs_schema ADD COLUMN IF NOT EXISTS done BIGINT");
-    const bool stays = steps[done].bears_older_servers && !is_new;
+    const bool stays = steps[done].supports_older_servers && !is_new;
     connection.Run("UPDATE dlcs_schema SET version = $1, done = $2",
                    static_cast<std::int64_t>(stays ? needed : done + 1), static_cast<std::int64_t>(done + 1));
   }

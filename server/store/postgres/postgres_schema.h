@@ -21,8 +21,8 @@ inline constexpr char kPostgresCancelling = 'c';
 // A step from one version to the next.
 struct PostgresMigration {
   const char* script;
-  // Servers that know only the version before can continue: the step removes nothing that they need.
-  bool bears_older_servers = false;
+  // Servers that know only the version before can continue to work: the step removes nothing that they need.
+  bool supports_older_servers = false;
 };
 
 // Step k takes a database from version k to k + 1. Never change one that was released: add the next.

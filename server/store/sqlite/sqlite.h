@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SQLite's C interface with owners: connections, prepared statements, transactions.
+// RAII wrappers of SQLite's C interface: connections, prepared statements, transactions.
 //
 // Failures throw SqliteError, so that a transaction reads as the list of its steps; sqlite_database.h turns them into
 // absl::Status.
@@ -34,12 +34,12 @@ class SqliteError final : public std::exception {
   std::string text_;
 };
 
-// Bound as a BLOB; strings are bound as TEXT, and SQLite holds the two for different.
+// Bound as a BLOB. Strings are bound as TEXT, which SQLite never considers equal to a BLOB.
 struct Blob {
   std::string_view bytes;
 };
 
-// A prepared statement lent by its connection, which must outlive it. One of each text is in use at a time.
+// A prepared statement of a connection, which must outlive it. Each text can be in use only once at a time.
 class SqliteStatement {
  public:
   SqliteStatement(sqlite3* connection, sqlite3_stmt* statement) : connection_(connection), statement_(statement) {}
@@ -55,9 +55,9 @@ class SqliteStatement {
     return *this;
   }
 
-  // True: a row is there. Columns count from 0.
+  // Returns whether there is a row. Columns are counted from 0.
   bool Step();
-  // To the end. Returns the number of rows changed.
+  // Runs to the end. Returns the number of changed rows.
   std::int64_t Run();
 
   bool IsNull(int column) const;

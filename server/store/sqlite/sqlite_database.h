@@ -30,7 +30,7 @@ struct SqliteDatabaseOptions {
   std::string path;
   // How long a write waits for another process that holds the lock.
   Duration busy_timeout = std::chrono::seconds(2);
-  // The file does not grow beyond this; 0: as far as the disk goes.
+  // The file does not grow beyond this; 0: until the disk is full.
   std::int64_t max_bytes = 0;
   // A file up to this size is checked page by page when it is opened, at about 1 GB/s.
   std::int64_t check_up_to_bytes = std::int64_t{256} << 20;
@@ -44,8 +44,8 @@ struct SqliteDatabaseOptions {
 // contents were acknowledged: calls fail until it is back.
 //
 // Group commit: a commit costs a flush of the disk, some ms on many, and one write is under way at a time. Writes that
-// come meanwhile wait, and go into the next transaction together, each under a savepoint of its own: the number of
-// writes per second does not depend on the disk, and a write waits for at most two flushes.
+// arrive meanwhile wait, and share the next transaction, each under a savepoint of its own: the number of writes per
+// second does not depend on the disk, and a write waits for at most two flushes.
 //
 // Safe from any thread.
 class SqliteDatabase {
@@ -54,7 +54,7 @@ class SqliteDatabase {
   using Connection = SqliteConnection;
 
   explicit SqliteDatabase(SqliteDatabaseOptions options) : options_(std::move(options)) {}
-  // Folds the log into the file.
+  // Moves the content of the log into the file.
   ~SqliteDatabase();
 
   // The result of `body(SqliteConnection&)`, an absl::Status or absl::StatusOr, in a transaction that is committed,
@@ -83,7 +83,7 @@ class SqliteDatabase {
     std::function<bool(SqliteConnection&)> write;  // false: to be rolled back
     absl::Status status;                           // of opening and committing
     std::exception_ptr thrown;                     // by `write`, unless an SqliteError
-    bool done = false;                             // with group_mutex_
+    bool done = false;                             // guarded by group_mutex_
   };
 
   template <typename Body>
@@ -132,7 +132,7 @@ class SqliteDatabase {
   bool writing_ = false;        // a group is under way
   std::mutex writer_mutex_;
   std::unique_ptr<SqliteConnection> writer_;
-  bool was_open_ = false;    // with writer_mutex_
+  bool was_open_ = false;    // guarded by writer_mutex_
   std::mutex reader_mutex_;  // taken before writer_mutex_ where both are
   std::unique_ptr<SqliteConnection> reader_;
 };

@@ -31,7 +31,7 @@ namespace dlcs::jobs {
 // Without JobRow::now.
 JobRow ReadJob(const SqliteStatement& row);
 
-// In the transaction that `connection` is in; one that writes has locked all rows.
+// The rows in the transaction of `connection`. A transaction that writes has locked all rows.
 class SqliteJobTable final : public JobTable {
  public:
   SqliteJobTable(SqliteConnection& connection, const Clock& clock) : connection_(connection), clock_(clock) {}

@@ -27,7 +27,7 @@ TEST(RightsTest, EveryMethodHasARule) {
   for (const std::string& path : paths) {
     const auto rule = RuleOf(path);
     ASSERT_TRUE(rule.has_value()) << path << " stands in no line of server/access/permissions.cc";
-    // Nothing of ours is open to everybody.
+    // No method of this project is open to everybody.
     EXPECT_EQ(rule->right == Right::kNone, path.starts_with("/grpc.health.")) << path;
     EXPECT_TRUE(!rule->changes || rule->right >= Right::kSubmitter) << path;
   }

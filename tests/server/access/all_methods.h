@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 All methods of all services that are compiled in, so a new one is found by
-// itself.
+// SPDX-License-Identifier: Apache-2.0
+// All methods of all services that are compiled in, new ones included.
 
 #ifndef DLCS_TESTS_SERVER_ACCESS_ALL_METHODS_H_
 #define DLCS_TESTS_SERVER_ACCESS_ALL_METHODS_H_
@@ -12,8 +12,8 @@
 
 namespace dlcs::testing {
 
-// "/dlcs.v1.JobService/GetSolveJob", ...: of the services that clients see. dlcs.ranks.RankLink has a port and a secret
-// of its own.
+// "/dlcs.v1.JobService/GetSolveJob", ...: of the services for clients. dlcs.ranks.RankLink has a port and a secret of
+// its own.
 inline std::vector<std::string> PathsOfAllMethods() {
   std::vector<std::string> files, paths;
   google::protobuf::DescriptorPool::internal_generated_database()->FindAllFileNames(&files);

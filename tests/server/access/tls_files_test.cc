@@ -67,7 +67,7 @@ TEST_F(TlsFilesTest, NamesFlagFileAndRule) {
   EXPECT_THAT(WhatIsWrong({folder_.path().string(), paths_.key, ""}), HasSubstr("Is a directory"));
 }
 
-// As a program leaves them that writes slowly.
+// Files that a program is still writing.
 TEST_F(TlsFilesTest, EveryHalfOfTheFilesIsRefusedOrWhole) {
   for (std::size_t bytes = 0; bytes < server_.certificate.size() - 1; bytes += 7) {
     EXPECT_FALSE(ReadTlsFiles(Paths(server_.certificate.substr(0, bytes), server_.key)).ok()) << bytes;

@@ -17,7 +17,7 @@ TEST(UserQuotaTest, EachUserHasAsManyAsAllowed) {
   EXPECT_EQ(third.status().code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(third.status().message()), ::testing::HasSubstr("max_watches_per_user = 2"));
   EXPECT_TRUE(quota.Take("bob").ok());
-  first = absl::CancelledError();  // gives it back
+  first = absl::CancelledError();  // releases the ticket
   EXPECT_TRUE(quota.Take("alice").ok());
 }
 

@@ -33,7 +33,7 @@ TEST(UsersTest, FindsWhoHasATokenOrACertificate) {
   EXPECT_EQ(users->WithToken("other")->right, Right::kAdmin);
   EXPECT_EQ(users->WithToken("third"), nullptr);
   EXPECT_EQ(users->WithToken(""), nullptr);
-  // The file holds no token that a thief could use.
+  // The file holds no token that could be stolen from it.
   EXPECT_EQ(users->WithToken(TokenHashText("first")), nullptr);
   EXPECT_EQ(users->WithToken(TokenHash("first")), nullptr);
 
@@ -78,7 +78,7 @@ TEST(TokenTest, TokensAreOfTheirKindAndDiffer) {
   EXPECT_THAT(token, ::testing::MatchesRegex("dlcs_[A-Za-z0-9_-]+"));
   EXPECT_EQ(token.size(), 5u + 43u);
   EXPECT_NE(RandomToken(), token);
-  // As sha256sum tells it.
+  // From sha256sum.
   EXPECT_EQ(TokenHashText("abc"), "sha256:ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 

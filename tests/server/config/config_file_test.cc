@@ -49,9 +49,9 @@ TEST(ConfigFileTest, NamesTheLineAndTheRule) {
   for (const Case& wrong : std::vector<Case>{
            {"threads = 1\nmax-steps\n", "dlcsd.conf:2: max-steps: must be key = value"},
            {"[limits]\n", "dlcsd.conf:1: [limits]: must be key = value"},
-           {"= 3\n", "dlcsd.conf:1: = 3: a key must stand before"},
+           {"= 3\n", "dlcsd.conf:1: = 3: a key is missing before"},
            {"threads =   # none\n", "a value must follow"},
-           {"store = \"jobs.db\n", "a quote that opens must close"},
+           {"store = \"jobs.db\n", "a quote is not closed"},
            {"store = \"jobs.db\" more\n", "only a comment may follow"},
            {"threads = 1\n\nthreads = 2\n", "dlcsd.conf:3: threads = 2: was already given in line 1"},
        }) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flags, variables and a file of settings, as the program takes them.
+// Flags, variables and a configuration file, as the program reads them.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -121,7 +121,7 @@ TEST_F(DlcsdSettingsTest, NamesThatAreNoneAreToldWithTheNearestOne) {
   EXPECT_EQ(flag.exit_status, 2);
   EXPECT_THAT(flag.errors, HasSubstr("--max-stepps: there is no such flag; did you mean --max-steps?"));
   EXPECT_THAT(RunDlcsd({"--zzzzzzzzzz"}).errors, HasSubstr("there is no such flag; dlcsd --help lists all"));
-  // Others may set variables too: Kubernetes does for a service that is called dlcsd. That is no mistake.
+  // Other programs may set such variables: Kubernetes does for a service named dlcsd. That is not an error.
   const Ended variable = RunDlcsd({"--check-config"}, {"DLCSD_MAX_STEP=3", "DLCSD_PORT=tcp://10.0.0.1:50051",
                                                        "DLCSD_SERVICE_HOST=10.0.0.1", "DLCSD_THREADS=1"});
   EXPECT_EQ(variable.exit_status, 0);
@@ -177,7 +177,7 @@ TEST_F(DlcsdSettingsTest, CheckingChangesNothingAndTellsNoPassword) {
   const std::string store = folder_.File("jobs.db");
   EXPECT_EQ(RunDlcsd({"--check-config", "--store", store}).exit_status, 0);
   EXPECT_FALSE(std::filesystem::exists(store));
-  // The port may be in use by the server whose settings are being changed.
+  // The port may be in use by the running server, whose settings the user wants to change.
   DlcsdProcess running({"--listen", "127.0.0.1:0"});
   EXPECT_EQ(RunDlcsd({"--check-config", "--listen", running.ReadAddress()}).exit_status, 0);
   const Ended told = RunDlcsd({"--check-config"}, {"DLCSD_STORE=postgresql://me:secret@host/jobs"});

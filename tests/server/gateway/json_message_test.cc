@@ -28,7 +28,7 @@ std::string Numbers(int count) {
   return json + "]}}";
 }
 
-// In the bytes of the library: lists packed, and no fields that have their default.
+// Serialized as by the library: lists are packed, and fields with their default are omitted.
 std::string Reprinted(const std::string& bytes) {
   v1::SolveRequest request;
   EXPECT_TRUE(request.ParseFromString(bytes));

@@ -105,7 +105,7 @@ std::string Unbase64(const std::string& text) {
   return bytes;
 }
 
-// What must be the same for every protocol: the trajectory and the end of the solve.
+// The part of a response that must be the same for every protocol: the trajectory and the end of the solve.
 struct Answered {
   std::vector<double> times, x, y, w;
   v1::Termination termination = v1::TERMINATION_UNSPECIFIED;
@@ -386,7 +386,7 @@ TEST_F(WebPortTest, AReaderThatStopsReadingHoldsNothingUp) {
                                                  .headers = {{"content-type", "application/json"}},
                                                  .body = ToJson(request)})));
   EXPECT_THAT(stalled.ReadUntil("accepted"), HasSubstr("accepted"));
-  EXPECT_TRUE(WaitForSolves(0));                                          // the engine has not waited
+  EXPECT_TRUE(WaitForSolves(0));                                          // the engine did not wait for the reader
   EXPECT_THAT(stalled.ReadUntil("\r\n0\r\n\r\n"), HasSubstr("summary"));  // and the end arrives
 }
 
@@ -665,7 +665,7 @@ TEST_F(WebPortTest, CertificatesNameUsersOverHttps) {
   EXPECT_EQ(with(foreign.Issue("sensor")), 0);
   EXPECT_EQ(with(authority.Issue("nobody")), 401);
   EXPECT_EQ(with(authority.Issue("sensor")), 200);
-  // A handler learns the same name: a reader may not submit.
+  // The handler gets the same name: a reader may not submit.
   EXPECT_EQ(PostJson(kSolvePath, ToJson(SwitchingRequest(10))).status, 403);
 }
 
@@ -737,8 +737,8 @@ TEST(WebPortProcessTest, AThousandIdleWatchersAreCheap) {
       ASSERT_THAT(watchers.back()->ReadUntil("QUEUED"), HasSubstr("200 OK"));
     }
   };
-  add(50);  // what the first ones cost once
-  // The job that runs takes its memory first.
+  add(50);  // memory that only the first ones allocate
+  // The running job allocates its memory first.
   std::int64_t before = 0;
   for (int k = 0; k < 100 && std::abs(dlcsd.ResidentBytes() - before) > 1 << 18; ++k) {
     before = dlcsd.ResidentBytes();

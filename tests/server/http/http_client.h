@@ -26,7 +26,7 @@ struct HttpCall {
   std::string body = {};
 };
 
-// How a client trusts a server and shows itself, in PEM. Empty `authority`: no encryption.
+// The authority that a client trusts, and its own certificate, in PEM. Empty `authority`: no encryption.
 struct HttpTls {
   std::string authority = {};
   std::string certificate = {};
@@ -47,7 +47,7 @@ class BareConnection {
 
   // False if the server has closed the connection.
   bool Send(const std::string& bytes);
-  // What arrives until `end` has, the server closes the connection, or `patience` is over.
+  // Reads until `end` has arrived, the server closes the connection, or `patience` has passed.
   std::string ReadUntil(const std::string& end, std::chrono::milliseconds patience = std::chrono::seconds(60));
   // Whether the server closes the connection in time.
   bool IsClosed(std::chrono::milliseconds patience);

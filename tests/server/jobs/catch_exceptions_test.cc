@@ -17,7 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// Runs `work`, which throws, and checks that the caller gets the number of the error alone, and the log all of it.
+// Runs `work`, which throws, and checks that the caller gets only the id of the error, and the log gets all of it.
 void ExpectInternal(absl::StatusOr<int> (*work)(), const std::string& secret) {
   const std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
   std::ostringstream log;

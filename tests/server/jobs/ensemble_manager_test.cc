@@ -68,7 +68,7 @@ class EnsembleManagerTest : public ::testing::Test {
     EXPECT_TRUE(created.ok()) << created.status();
     return created->job.id;
   }
-  // What is stored, in its order.
+  // The stored results, in their order.
   std::vector<std::string> Results(const JobId& id) {
     std::vector<std::string> results;
     const auto chunks = store_.ReadChunks(id, 0, 1 << 30);
@@ -121,7 +121,7 @@ TEST_F(EnsembleManagerTest, ACancelledEnsembleStopsEverywhere) {
   JobFollower follower(*one, id);
   follower.Read();
   EXPECT_EQ(follower.durable, (std::vector<std::string>{"RUNNING", "CANCELLED", ""}));
-  // Another job gets the cores, since nothing waits for the shards that ran.
+  // Another job gets the cores, since no shard is waiting for them.
   const JobId next = Submit(*one, 2);
   JobFollower(*one, next).Read();
   EXPECT_EQ(store_.Get("ada", next)->state, JobState::kSucceeded);
@@ -161,7 +161,7 @@ TEST_F(EnsembleManagerTest, AShardThatKillsItsServersIsGivenUp) {
   for (int k = 0; k < 3; ++k) {
     const JobId candidates[] = {id};
     ASSERT_TRUE((*store_.Claim("two", 10s, candidates)).has_value());
-    ASSERT_EQ(*store_.ReleaseLeases("two"), 1);  // it was killed and started again
+    ASSERT_EQ(*store_.ReleaseLeases("two"), 1);  // as after kill -9 and a restart
   }
   const auto two = Start("two");
   JobFollower follower(*two, id);
@@ -203,7 +203,7 @@ TEST_F(EnsembleManagerTest, ADeadlineEndsAnEnsembleThatIsQueuedAndNotBefore) {
   ExpectEndAtDeadline(id);
 }
 
-// No server runs it, and the one that claims none finds it.
+// No server runs it, so the manager that does not run jobs must notice the deadline.
 TEST_F(EnsembleManagerTest, ADeadlineEndsAnEnsembleThatOnlyAFrontKnows) {
   JobManagerOptions options = Fast("front");
   options.runs_jobs = false;

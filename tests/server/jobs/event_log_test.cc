@@ -21,7 +21,7 @@ using ::testing::ElementsAre;
 using Got = EventWatch::Got;
 using Why = EventGap::Why;
 
-// A log whose numbers are reserved, and a store that remembers what it was given.
+// A log whose numbers are reserved, and a store that records what it receives.
 class EventLogTest : public ::testing::Test {
  protected:
   std::shared_ptr<EventLog> MakeLog(const EventLogLimits& limits = {}, std::int64_t archived_through = 0) {
@@ -32,7 +32,7 @@ class EventLogTest : public ::testing::Test {
   std::unique_ptr<EventWatch> Watch(std::shared_ptr<EventLog> log, const EventWatchOptions& options = {}) {
     return std::make_unique<EventWatch>(std::move(log), options, [] {});
   }
-  // As the store's writer does.
+  // Does what the writer of the store does.
   void Keep(EventLog& log, EventKind kind, const std::string& payload) {
     const std::int64_t sequence = log.Append(kind, payload).sequence;
     Archive(sequence, kind, payload);
@@ -51,7 +51,7 @@ class EventLogTest : public ::testing::Test {
     }
     return page;
   }
-  // All there is now, as text: "7:payload", gaps as "[3-6 slow]".
+  // All events that are available now, as text: "7:payload", gaps as "[3-6 slow]".
   std::vector<std::string> Read(EventWatch& watch, std::size_t page = 3) const {
     std::vector<std::string> texts;
     for (;;) {
@@ -192,7 +192,7 @@ TEST_F(EventLogTest, StaysWithinItsLimitsAndSaysWhatItForgot) {
   Keep(*log, EventKind::kSummary, "done");
   EXPECT_LE(most, 100u);
   EXPECT_LE(log->num_events(), 100u);
-  // The iterates are lost and announced as a gap; every window is there.
+  // The iterates are lost and reported as a gap; every window is delivered.
   const std::vector<std::string> texts = Read(*stalled, 64);
   EXPECT_EQ(std::count_if(texts.begin(), texts.end(), [](const auto& text) { return text.ends_with(":w"); }), 1000);
   EXPECT_EQ(texts[0], "[1-20 not retained]");
@@ -218,7 +218,7 @@ TEST_F(EventLogTest, HoldsDurableEventsUntilTheStoreHasThem) {
   for (int k = 0; k < 50; ++k) {
     Archive(log->Append(EventKind::kWindowAccepted, "w").sequence, EventKind::kWindowAccepted, "w");
   }
-  EXPECT_EQ(log->num_events(), 50u);  // the store is behind: nothing may be forgotten
+  EXPECT_EQ(log->num_events(), 50u);  // the store is behind, so nothing may be dropped
   log->MarkStored(50);
   EXPECT_LE(log->num_events(), 10u);
   EXPECT_EQ(Read(*Watch(log)).size(), 50u);
@@ -304,7 +304,7 @@ TEST_F(EventLogTest, WakesNobodyForIteratesThatNobodyMayHaveYet) {
   log->Reserve(1'000'000);
   const auto watch = Watch(log, {.min_interval = 50ms});
   EXPECT_EQ(Read(*watch).size(), 0u);
-  // Plays the dispatcher: reads when it is woken, and at the time that it announced.
+  // Acts as the dispatcher: reads when it is woken, and at the time that it announced.
   int delivered = 0, seen = 0;
   Duration due = Duration::max();
   for (int k = 0; k < 1000; ++k) {
@@ -360,7 +360,7 @@ TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
         if (IsDurable(kind)) uncommitted.emplace_back(sequence, kind);
       }
       if (chance(30)) commit();
-      if (chance(2)) {  // the watcher's connection is cut, and it comes back
+      if (chance(2)) {  // the watcher loses its connection and reconnects
         options.after = watch->position();
         watch = Watch(log, options);
       }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A watcher that reads in the test's own thread and checks the order of what it gets.
+// A watcher that reads in the thread of the test and checks the order of the events.
 
 #ifndef DLCS_TESTS_SERVER_JOBS_JOB_FOLLOWER_H_
 #define DLCS_TESTS_SERVER_JOBS_JOB_FOLLOWER_H_
@@ -35,7 +35,7 @@ class JobFollower {
     }
   }
 
-  // Reads until the summary, an error, or until `enough` says so of the last event. Durable events are remembered as
+  // Reads until the summary, an error, or an event for which `enough` returns true. Durable events are remembered as
   // "payload" in `durable`.
   void Read(const std::function<bool(const Event&)>& enough = [](const Event&) { return false; }) {
     const auto give_up = std::chrono::system_clock::now() + std::chrono::seconds(30);

@@ -142,7 +142,7 @@ TEST_F(JobManagerTest, RefusesBeforeAnythingIsStored) {
 
 TEST_F(JobManagerTest, FailuresAreSaidAndTheServerGoesOn) {
   const auto level = spdlog::get_level();
-  spdlog::set_level(spdlog::level::off);  // what is thrown goes to the log
+  spdlog::set_level(spdlog::level::off);  // exceptions are logged
   const auto manager = Start();
   const JobId thrown = Submit(*manager, "throw");
   const JobId failed = Submit(*manager, "fail");
@@ -182,13 +182,13 @@ TEST_F(JobManagerTest, StopsAtTheDeadlineAndGivesUpWhatCannotMeetIt) {
   const JobId late = manager->Submit(submission)->job.id;
   submission.body = "1 1 1";
   submission.deadline = SystemClock().Now() + 100ms;
-  const JobId hopeless = manager->Submit(submission)->job.id;
+  const JobId unmeetable = manager->Submit(submission)->job.id;
   const Job job = Wait(*manager, late);
   EXPECT_EQ(job.state, JobState::kFailed);
   EXPECT_EQ(job.error.code(), absl::StatusCode::kDeadlineExceeded);
   EXPECT_GE(*job.finished, *job.deadline);
   EXPECT_LE(*job.finished, *job.deadline + 2s);
-  const Job other = Wait(*manager, hopeless);
+  const Job other = Wait(*manager, unmeetable);
   EXPECT_EQ(other.state, JobState::kFailed);
   EXPECT_EQ(other.error.code(), absl::StatusCode::kDeadlineExceeded);
   EXPECT_EQ(other.chunks, 0);
@@ -235,7 +235,7 @@ TEST_F(JobManagerTest, TheGracePeriodLetsJobsEnd) {
 TEST_F(JobManagerTest, CoresWorkOnWhileJobsAreBroughtToTheirEnd) {
   std::mutex mutex;
   std::condition_variable changed;
-  JobId held;  // the first job, as soon as its name is known; the second may be brought to its end before it
+  JobId held;  // the first job, as soon as its name is known; the second one may end before it
   bool may_end = false;
   store_.before_finish = [&](const Lease& lease) {
     std::unique_lock lock(mutex);
@@ -281,14 +281,14 @@ TEST_F(JobManagerTest, WhatIsNotReadIsRefusedAsWhatIs) {
   JobManagerOptions options = Fast("one", 1);
   options.limits.max_queued_jobs = 1;
   const auto manager = Start(options);
-  EXPECT_TRUE(manager->CheckPlaces("ada").ok());
+  EXPECT_TRUE(manager->CheckQueueSpace("ada").ok());
   const JobId running = Submit(*manager, "wait");
   JobFollower(*manager, running).Read([](const Event& event) { return *event.payload == "RUNNING"; });
   Submit(*manager, "wait");
-  EXPECT_EQ(RefusalOf(manager->CheckPlaces("ada"))->limit, "max_queued_jobs");
+  EXPECT_EQ(RefusalOf(manager->CheckQueueSpace("ada"))->limit, "max_queued_jobs");
   EXPECT_EQ(RefusalOf(manager->Submit(Ask("nonsense")).status())->limit, "max_queued_jobs");
   manager->Drain(Duration(0));
-  EXPECT_EQ(manager->CheckPlaces("ada").code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(manager->CheckQueueSpace("ada").code(), absl::StatusCode::kUnavailable);
 }
 
 TEST_F(JobManagerTest, AStoreThatFailsForAWhileHoldsUpNothingButWhatWatchersSee) {
@@ -327,9 +327,9 @@ TEST_F(JobManagerTest, AnAttemptThatBreaksDownIsFollowedByAnother) {
   EXPECT_THAT(follower.durable,
               ElementsAre("QUEUED", "RUNNING", "QUEUED", "RUNNING", "QUEUED", "RUNNING", "SUCCEEDED", "solved"));
   EXPECT_EQ(store_.Get("ada", id)->attempts, 3);
-  const Job hopeless = Wait(*manager, Submit(*manager, "break down"));
-  EXPECT_EQ(hopeless.state, JobState::kFailed);
-  EXPECT_EQ(hopeless.error.code(), absl::StatusCode::kInternal);
+  const Job unmeetable = Wait(*manager, Submit(*manager, "break down"));
+  EXPECT_EQ(unmeetable.state, JobState::kFailed);
+  EXPECT_EQ(unmeetable.error.code(), absl::StatusCode::kInternal);
   EXPECT_EQ(Wait(*manager, Submit(*manager, "1 1 1")).state, JobState::kSucceeded);
 }
 
@@ -464,7 +464,7 @@ TEST_F(JobManagerTest, AServerThatWasTakenForDeadCannotSpoilTheResult) {
   after.Read();
   EXPECT_EQ(after.durable.back(), "solved");
   EXPECT_EQ(Trajectory(store_, id), Trajectory(20));
-  // The watcher on the server that was cut off goes on with what the other one did.
+  // The watcher on the server that was cut off continues with the events of the other one.
   before.Read();
   EXPECT_EQ(before.durable.back(), "solved");
   EXPECT_EQ(std::count(before.durable.begin(), before.durable.end(), "window 10"), 1);

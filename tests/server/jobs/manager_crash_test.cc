@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// kill -9 of a whole server at random moments, with a watcher that follows its job through all of its lives.
+// kill -9 of a whole server at random moments, with a watcher that follows its job through all restarts.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

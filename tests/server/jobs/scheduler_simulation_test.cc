@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 Simulates days of service in milliseconds: how long users wait beside each other,
-// and how much of its capacity a server uses under five times as much work as it can do.
+// SPDX-License-Identifier: Apache-2.0
+// Simulates days of service in milliseconds: how long users wait beside each other, and how much of its capacity a
+// server uses under five times as much work as it can do.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,7 +34,7 @@ struct Arrival {
 struct Fate {
   Arrival arrival;
   std::optional<Refusal> refusal;
-  bool hopeless = false;  // taken out of the queue
+  bool unmeetable = false;  // taken out of the queue
   double started = -1;
   double ended = -1;
   double response() const { return ended - arrival.at; }
@@ -70,7 +71,7 @@ std::vector<Fate> Simulate(const SchedulerLimits& limits, std::vector<Arrival> a
       fates[job].ended = now;
       scheduler.Finished(std::to_string(job), fates[job].arrival.actual);
     }
-    for (const JobId& id : scheduler.TakeHopeless()) fates[std::stoul(id)].hopeless = true;
+    for (const JobId& id : scheduler.TakeUnmeetable()) fates[std::stoul(id)].unmeetable = true;
     while (const auto start = scheduler.StartNext()) {
       Fate& fate = fates[std::stoul(start->id)];
       fate.started = now;

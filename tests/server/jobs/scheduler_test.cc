@@ -25,7 +25,7 @@ class SchedulerTest : public ::testing::Test {
             .demand = {.core_seconds = core_seconds, .memory_bytes = 1, .threads = 1},
             .deadline = std::nullopt};
   }
-  // Starts, and ends at once, what there is, in order.
+  // Starts the queued jobs in order, and ends each at once.
   static std::vector<JobId> Order(Scheduler& scheduler) {
     std::vector<JobId> order;
     while (const auto start = scheduler.StartNext()) {
@@ -96,7 +96,7 @@ TEST_F(SchedulerTest, PredictingTooLittleGainsNothing) {
     const auto start = scheduler.StartNext();
     ASSERT_TRUE(start.has_value());
     (start->id.starts_with("liar") ? liar : honest) += 1;
-    scheduler.Finished(start->id, 1);  // all take the same
+    scheduler.Finished(start->id, 1);  // all have the same cost
   }
   EXPECT_NEAR(liar, honest, 4);
 }
@@ -121,11 +121,12 @@ TEST_F(SchedulerTest, WhatIsForOthersHasItsPlaceAndIsNeverStarted) {
   EXPECT_FALSE(scheduler.StartNext().has_value());
   EXPECT_THAT(scheduler.QueuedIds(), ElementsAre("adaranks"));
   clock_.Advance(11s);
-  EXPECT_THAT(scheduler.TakeHopeless(), ElementsAre("adaranks"));
+  EXPECT_THAT(scheduler.TakeUnmeetable(), ElementsAre("adaranks"));
   EXPECT_EQ(scheduler.queued(), 0);
 }
 
-// The jobs that wait, in the order in which they would start without the first one; nothing else starts them meanwhile.
+// SetAside() returns the next jobs, in the order in which they would start without the first one; nothing else starts
+// them meanwhile.
 TEST_F(SchedulerTest, AnotherJobTakesThePlaceOfOneThatAnotherServerHas) {
   Scheduler scheduler({.cores = 2}, clock_);
   for (const std::string k : {"1", "2", "3", "4", "5"}) scheduler.Restore(Job("ada", k));
@@ -257,7 +258,7 @@ TEST_F(SchedulerTest, ASmallJobOfWhoHasSavedForItDoesNotWaitForJobsThatRun) {
   for (int k = 0; k < 10; ++k) scheduler.Restore(Job("heavy", std::to_string(k), 0.5));
   EXPECT_EQ(scheduler.StartNext()->id, "heavy0");
   EXPECT_EQ(scheduler.StartNext()->id, "heavy1");
-  EXPECT_FALSE(scheduler.StartNext().has_value());  // small as well, but of one who has used what was given
+  EXPECT_FALSE(scheduler.StartNext().has_value());  // small as well, but its user has used its credit
   scheduler.Restore(Job("light", "large", 1.5));
   EXPECT_FALSE(scheduler.StartNext().has_value());
   scheduler.Remove("lightlarge");
@@ -265,8 +266,8 @@ TEST_F(SchedulerTest, ASmallJobOfWhoHasSavedForItDoesNotWaitForJobsThatRun) {
   scheduler.Restore(Job("light", "2", 0.25));
   scheduler.Restore(Job("other", "1", 0.25));
   EXPECT_EQ(scheduler.StartNext()->id, "light1");
-  EXPECT_FALSE(scheduler.StartNext().has_value());  // no more is lent
-  // Lent cores are not taken from other jobs, and other jobs do not take lent ones.
+  EXPECT_FALSE(scheduler.StartNext().has_value());  // all burst cores are in use
+  // Burst cores are not taken from other jobs, and other jobs do not use burst cores.
   scheduler.Finished("heavy0", 0.5);
   EXPECT_EQ(scheduler.StartNext()->id, "other1");
   EXPECT_FALSE(scheduler.StartNext().has_value());
@@ -301,7 +302,7 @@ TEST_F(SchedulerTest, MemoryIsNotLent) {
   add("wide", 0.25, 2, 1);
   ASSERT_FALSE(scheduler.StartNext().has_value());
   clock_.Advance(31s);
-  // Only "wide" may start on the ordinary cores. Small jobs go on beside it if there is memory.
+  // Only "wide" may start on the ordinary cores. Small jobs still start beside it if there is memory.
   add("light", 0.5, 1, 7);
   EXPECT_FALSE(scheduler.StartNext().has_value());
   scheduler.Remove("light");
@@ -442,14 +443,14 @@ TEST_F(SchedulerTest, LongJobsThatRunDoNotCountForASmallOnesDeadline) {
 
 TEST_F(SchedulerTest, TellsThatThereIsNoPlaceWithoutKnowingTheJob) {
   Scheduler scheduler({.cores = 1, .max_queued_jobs = 3, .max_queued_jobs_per_user = 2}, clock_);
-  EXPECT_FALSE(scheduler.RefuseForPlaces("ada").has_value());
+  EXPECT_FALSE(scheduler.RefuseIfFull("ada").has_value());
   EXPECT_FALSE(scheduler.Enqueue(Job("ada", "1")).has_value());
   EXPECT_FALSE(scheduler.Reserve(Job("ada", "2")).has_value());
-  EXPECT_EQ(scheduler.RefuseForPlaces("ada")->limit, "max_queued_jobs_per_user");
-  EXPECT_TRUE(scheduler.RefuseForPlaces("ada")->retry_after.has_value());
-  EXPECT_FALSE(scheduler.RefuseForPlaces("bob").has_value());
+  EXPECT_EQ(scheduler.RefuseIfFull("ada")->limit, "max_queued_jobs_per_user");
+  EXPECT_TRUE(scheduler.RefuseIfFull("ada")->retry_after.has_value());
+  EXPECT_FALSE(scheduler.RefuseIfFull("bob").has_value());
   EXPECT_FALSE(scheduler.Enqueue(Job("bob", "1")).has_value());
-  EXPECT_EQ(scheduler.RefuseForPlaces("bob")->limit, "max_queued_jobs");
+  EXPECT_EQ(scheduler.RefuseIfFull("bob")->limit, "max_queued_jobs");
 }
 
 TEST_F(SchedulerTest, TakesOutAnEnsembleAtItsDeadlineAndNotBefore) {
@@ -459,9 +460,9 @@ TEST_F(SchedulerTest, TakesOutAnEnsembleAtItsDeadlineAndNotBefore) {
   request.deadline = clock_.Now() + 20s;
   scheduler.Restore(request);
   clock_.Advance(20s);
-  EXPECT_THAT(scheduler.TakeHopeless(), ElementsAre());
+  EXPECT_THAT(scheduler.TakeUnmeetable(), ElementsAre());
   clock_.Advance(1ms);
-  EXPECT_THAT(scheduler.TakeHopeless(), ElementsAre("adaensemble"));
+  EXPECT_THAT(scheduler.TakeUnmeetable(), ElementsAre("adaensemble"));
 }
 
 TEST_F(SchedulerTest, TakesOutWhatHasBecomeHopeless) {
@@ -471,9 +472,9 @@ TEST_F(SchedulerTest, TakesOutWhatHasBecomeHopeless) {
   scheduler.Restore(request);
   scheduler.Restore(Job("ada", "2", 10));
   clock_.Advance(9s);
-  EXPECT_THAT(scheduler.TakeHopeless(), ElementsAre());
+  EXPECT_THAT(scheduler.TakeUnmeetable(), ElementsAre());
   clock_.Advance(2s);
-  EXPECT_THAT(scheduler.TakeHopeless(), ElementsAre("ada1"));
+  EXPECT_THAT(scheduler.TakeUnmeetable(), ElementsAre("ada1"));
   EXPECT_EQ(scheduler.queued(), 1);
 }
 

@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Watchers in threads of their own; also for the thread sanitizer.
+// SPDX-License-Identifier: Apache-2.0
+// Watchers in threads of their own; also for the thread sanitizer.
 #include "server/jobs/watch_dispatcher.h"
 
 #include <gtest/gtest.h>
@@ -166,8 +167,8 @@ TEST(WatchDispatcherTest, WatchersMayComeAndGoWhileTheEngineRuns) {
   for (std::thread& visitor : visitors) visitor.join();
 }
 
-// What an iterate costs the engine beside a hundred watchers, ten of which never read. The time is printed. The bound
-// that is asserted is far above the time on a quiet machine, and far below the pause of one watcher.
+// The cost of an iterate for the engine with a hundred watchers, ten of which never read. The time is printed. The
+// asserted bound is far above the time on a quiet machine, and far below the delay of one watcher.
 TEST(WatchDispatcherTest, TheEngineDoesNotWaitForAHundredWatchers) {
   WatchDispatcher dispatcher(SystemClock());
   const auto log = MakeLog(dispatcher);

@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 A server with more connections than it has file descriptors.
+// SPDX-License-Identifier: Apache-2.0
+// A server with more connections than it has file descriptors.
 #include "server/net/connection_listener.h"
 
 #include <arpa/inet.h>
@@ -46,7 +47,7 @@ class FewDescriptors {
   rlimit before_{};
 };
 
-// A connection that says nothing.
+// A connection that sends nothing.
 class SilentConnection {
  public:
   explicit SilentConnection(const std::string& address) : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
@@ -60,7 +61,7 @@ class SilentConnection {
   SilentConnection(const SilentConnection&) = delete;
   SilentConnection& operator=(const SilentConnection&) = delete;
 
-  // Whether the server greets, as HTTP/2 does; false where it closes.
+  // Whether the server sends its HTTP/2 preface; false if it closes the connection.
   bool IsGreeted() {
     pollfd readable{socket_, POLLIN, 0};
     char byte = 0;
@@ -118,7 +119,7 @@ TEST(ConnectionListenerTest, ListensOnEveryAddressOfAName) {
   const SilentConnection reaches_it(ToString(everywhere));
   ListenAddress unknown{.host = "no.such.host.invalid", .port = 0};
   EXPECT_EQ(ConnectionListener::Open(unknown).status().code(), absl::StatusCode::kUnavailable);
-  // Of this machine, and taken.
+  // An address of this machine whose port is taken.
   const auto taken = ConnectionListener::Open(everywhere);
   EXPECT_EQ(taken.status().code(), absl::StatusCode::kUnavailable) << taken.status();
 }

@@ -20,7 +20,7 @@ double Margin_s(double left_s, std::int64_t result_bytes) {
   return std::chrono::duration<double>(deadline - stop.value()).count();
 }
 
-// The clock goes on between the deadline and the call.
+// Time passes between the computation of the deadline and the call.
 auto Near(double seconds) { return ::testing::DoubleNear(seconds, 0.01 * seconds); }
 
 TEST(CallDeadlineTest, LeavesATenthButAtLeastAQuarterOfASecondAndAtMostOne) {

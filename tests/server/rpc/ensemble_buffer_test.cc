@@ -14,7 +14,7 @@ namespace dlcs {
 namespace {
 
 using ::testing::ElementsAre;
-using Got = EnsembleMailbox::Got;
+using Got = EnsembleBuffer::Got;
 using namespace std::chrono_literals;
 
 // `count` members of 1000 bytes, room for `room` of them.
@@ -37,28 +37,28 @@ FinishedSolve Finished(Index times) {
   return FinishedSolve(std::move(solution), std::nullopt, StopCause::kNone, 1);
 }
 
-std::vector<v1::EnsembleEvent> TakeAll(EnsembleMailbox& mailbox) {
+std::vector<v1::EnsembleEvent> TakeAll(EnsembleBuffer& buffer) {
   std::vector<v1::EnsembleEvent> events;
-  for (v1::EnsembleEvent event; mailbox.Next(event) == Got::kEvent;) events.push_back(event);
+  for (v1::EnsembleEvent event; buffer.Next(event) == Got::kEvent;) events.push_back(event);
   return events;
 }
 
-TEST(EnsembleMailboxTest, GivesEachMemberWholeAndInTheOrderInWhichTheyFinish) {
-  EnsembleMailbox mailbox;
+TEST(EnsembleBufferTest, GivesEachMemberWholeAndInTheOrderInWhichTheyFinish) {
+  EnsembleBuffer buffer;
   v1::EnsembleEvent event;
-  EXPECT_EQ(mailbox.Next(event), Got::kNothing);
-  mailbox.Open("id", Members(2, 2));
-  ASSERT_TRUE(mailbox.MayBegin(0, {}));
-  ASSERT_TRUE(mailbox.MayBegin(1, {}));
-  mailbox.Finished(1, Finished(50'000));  // of more than one chunk
-  mailbox.Finished(0, Finished(2));
+  EXPECT_EQ(buffer.Next(event), Got::kNothing);
+  buffer.Open("id", Members(2, 2));
+  ASSERT_TRUE(buffer.MayBegin(0, {}));
+  ASSERT_TRUE(buffer.MayBegin(1, {}));
+  buffer.Finished(1, Finished(50'000));  // of more than one chunk
+  buffer.Finished(0, Finished(2));
   v1::EnsembleSummary summary;
   summary.set_solved(2);
-  mailbox.Close(summary);
-  EXPECT_TRUE(mailbox.has_more());
-  EXPECT_FALSE(mailbox.delivered());
+  buffer.Close(summary);
+  EXPECT_TRUE(buffer.has_more());
+  EXPECT_FALSE(buffer.delivered());
 
-  const std::vector<v1::EnsembleEvent> events = TakeAll(mailbox);
+  const std::vector<v1::EnsembleEvent> events = TakeAll(buffer);
   std::vector<std::int64_t> members;
   std::int64_t times = 0;
   for (std::size_t k = 0; k < events.size(); ++k) {
@@ -74,56 +74,56 @@ TEST(EnsembleMailboxTest, GivesEachMemberWholeAndInTheOrderInWhichTheyFinish) {
   EXPECT_EQ(times, 50'002);
   EXPECT_THAT(members, ElementsAre(1, 0));
   EXPECT_EQ(events[events.size() - 2].member().label(), "named");
-  EXPECT_TRUE(mailbox.delivered());
-  EXPECT_EQ(mailbox.Next(event), Got::kEnd);
-  EXPECT_EQ(mailbox.held_bytes(), 0);
+  EXPECT_TRUE(buffer.delivered());
+  EXPECT_EQ(buffer.Next(event), Got::kEnd);
+  EXPECT_EQ(buffer.held_bytes(), 0);
 }
 
-TEST(EnsembleMailboxTest, MembersWaitForRoomUntilTheReaderHasTakenOne) {
-  EnsembleMailbox mailbox;
-  mailbox.Open("id", Members(3, 2));
-  ASSERT_TRUE(mailbox.MayBegin(0, {}));
-  ASSERT_TRUE(mailbox.MayBegin(1, {}));
+TEST(EnsembleBufferTest, MembersWaitForRoomUntilTheReaderHasTakenOne) {
+  EnsembleBuffer buffer;
+  buffer.Open("id", Members(3, 2));
+  ASSERT_TRUE(buffer.MayBegin(0, {}));
+  ASSERT_TRUE(buffer.MayBegin(1, {}));
   std::atomic<bool> begun = false;
-  std::jthread third([&] { begun = mailbox.MayBegin(2, {}); });
-  mailbox.Finished(0, Finished(10));
+  std::jthread third([&] { begun = buffer.MayBegin(2, {}); });
+  buffer.Finished(0, Finished(10));
   v1::EnsembleEvent event;
-  for (int k = 0; k < 2; ++k) ASSERT_EQ(mailbox.Next(event), Got::kEvent);
+  for (int k = 0; k < 2; ++k) ASSERT_EQ(buffer.Next(event), Got::kEvent);
   ASSERT_TRUE(event.has_trajectory());
   std::this_thread::sleep_for(20ms);
   EXPECT_FALSE(begun);  // the summary of the first is still to be taken
-  EXPECT_EQ(mailbox.held_bytes(), 2000);
-  ASSERT_EQ(mailbox.Next(event), Got::kEvent);
+  EXPECT_EQ(buffer.held_bytes(), 2000);
+  ASSERT_EQ(buffer.Next(event), Got::kEvent);
   ASSERT_TRUE(event.has_member());
   third.join();
   EXPECT_TRUE(begun);
-  EXPECT_EQ(mailbox.held_bytes(), 2000);
+  EXPECT_EQ(buffer.held_bytes(), 2000);
 }
 
-TEST(EnsembleMailboxTest, AStopEndsTheWaitForRoom) {
-  EnsembleMailbox mailbox;
-  mailbox.Open("id", Members(2, 1));
+TEST(EnsembleBufferTest, AStopEndsTheWaitForRoom) {
+  EnsembleBuffer buffer;
+  buffer.Open("id", Members(2, 1));
   std::stop_source stop;
-  ASSERT_TRUE(mailbox.MayBegin(0, stop.get_token()));
+  ASSERT_TRUE(buffer.MayBegin(0, stop.get_token()));
   std::atomic<bool> begun = true;
-  std::jthread second([&] { begun = mailbox.MayBegin(1, stop.get_token()); });
+  std::jthread second([&] { begun = buffer.MayBegin(1, stop.get_token()); });
   std::this_thread::sleep_for(10ms);
   stop.request_stop();
   second.join();
   EXPECT_FALSE(begun);
-  EXPECT_EQ(mailbox.held_bytes(), 1000);
+  EXPECT_EQ(buffer.held_bytes(), 1000);
 }
 
-TEST(EnsembleMailboxTest, AnErrorComesAfterTheMembersThatFinished) {
-  EnsembleMailbox mailbox;
-  mailbox.Open("id", Members(1, 1));
-  ASSERT_TRUE(mailbox.MayBegin(0, {}));
-  mailbox.Finished(0, Finished(1));
-  mailbox.Close(absl::InternalError("broken"));
-  EXPECT_EQ(TakeAll(mailbox).size(), 3U);
+TEST(EnsembleBufferTest, AnErrorComesAfterTheMembersThatFinished) {
+  EnsembleBuffer buffer;
+  buffer.Open("id", Members(1, 1));
+  ASSERT_TRUE(buffer.MayBegin(0, {}));
+  buffer.Finished(0, Finished(1));
+  buffer.Close(absl::InternalError("broken"));
+  EXPECT_EQ(TakeAll(buffer).size(), 3U);
   v1::EnsembleEvent event;
-  EXPECT_EQ(mailbox.Next(event), Got::kEnd);
-  EXPECT_EQ(mailbox.status().message(), "broken");
+  EXPECT_EQ(buffer.Next(event), Got::kEnd);
+  EXPECT_EQ(buffer.status().message(), "broken");
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ v1::SolveEnsembleRequest Starts(int members, std::int64_t steps) {
   return request;
 }
 
-// The x of each member, and whether the events came in an order that is promised.
+// The x of each member, and whether the events arrived in one of the promised orders.
 std::map<std::int64_t, std::vector<double>> StatesOf(const std::vector<v1::EnsembleEvent>& events) {
   std::map<std::int64_t, std::vector<double>> states;
   std::int64_t current = -1;
@@ -161,7 +161,7 @@ TEST_F(EnsembleCallTest, RefusesWhatIsAboveALimit) {
   v1::SolveEnsembleRequest request = Starts(1, 100);
   auto& lift = *request.mutable_members(0)->mutable_f()->mutable_lift()->mutable_sparse();
   lift.set_rows(1);
-  lift.set_columns(2'000'000'000);  // a few bytes that ask for gigabytes
+  lift.set_columns(2'000'000'000);  // a few bytes that would need gigabytes
   EXPECT_THAT(SolveAll(*stub_, request).status.error_message(), HasSubstr("max_states"));
   EXPECT_TRUE(SolveAll(*stub_, Starts(3, 100)).status.ok());
 }

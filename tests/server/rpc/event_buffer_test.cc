@@ -17,12 +17,12 @@ namespace dlcs {
 namespace {
 
 using ::testing::IsEmpty;
-using Got = EventMailbox::Got;
+using Got = EventBuffer::Got;
 
 // Puts numbered events as a session would.
 class Producer {
  public:
-  explicit Producer(EventMailbox& mailbox) : mailbox_(mailbox) {}
+  explicit Producer(EventBuffer& buffer) : buffer_(buffer) {}
 
   void Begin() {
     Put([](v1::SolveEvent& event) { event.mutable_accepted(); });
@@ -42,7 +42,7 @@ class Producer {
     solution.x = Matrix::Random(3, num_times);
     solution.y = Matrix::Random(2, num_times);
     solution.w = Matrix::Random(2, num_times);
-    mailbox_.Close(FinishedSolve(std::move(solution), std::nullopt, StopCause::kNone, next_sequence_));
+    buffer_.Close(FinishedSolve(std::move(solution), std::nullopt, StopCause::kNone, next_sequence_));
   }
   std::int64_t put() const { return next_sequence_ - 1; }
 
@@ -52,48 +52,48 @@ class Producer {
     v1::SolveEvent event;
     event.set_sequence(next_sequence_++);
     fill(event);
-    mailbox_.Put(std::move(event));
+    buffer_.Put(std::move(event));
   }
 
-  EventMailbox& mailbox_;
+  EventBuffer& buffer_;
   std::int64_t next_sequence_ = 1;
 };
 
-std::vector<v1::SolveEvent> ReadToEnd(EventMailbox& mailbox) {
+std::vector<v1::SolveEvent> ReadToEnd(EventBuffer& buffer) {
   std::vector<v1::SolveEvent> events;
-  for (v1::SolveEvent event; mailbox.Next(event) == Got::kEvent;) events.push_back(event);
+  for (v1::SolveEvent event; buffer.Next(event) == Got::kEvent;) events.push_back(event);
   return events;
 }
 
-TEST(EventMailboxTest, DeliversEverythingInOrderWhileThereIsRoom) {
-  EventMailbox mailbox;
-  Producer producer(mailbox);
+TEST(EventBufferTest, DeliversEverythingInOrderWhileThereIsRoom) {
+  EventBuffer buffer;
+  Producer producer(buffer);
   producer.Begin();
   for (int window = 0; window < 10; ++window) producer.Window(20);
   producer.End(100);
-  const std::vector<v1::SolveEvent> events = ReadToEnd(mailbox);
+  const std::vector<v1::SolveEvent> events = ReadToEnd(buffer);
   EXPECT_EQ(testing::WhatIsWrongWithOrder(events), "");
   EXPECT_EQ(testing::Count(events, v1::SolveEvent::kIterate), 200);
   EXPECT_EQ(testing::Count(events, v1::SolveEvent::kGap), 0);
   EXPECT_EQ(events.back().summary().conflated_iterates(), 0);
 }
 
-TEST(EventMailboxTest, HasNothingUntilSomethingComes) {
-  EventMailbox mailbox;
+TEST(EventBufferTest, HasNothingUntilSomethingComes) {
+  EventBuffer buffer;
   v1::SolveEvent event;
-  EXPECT_EQ(mailbox.Next(event), Got::kNothing);
-  Producer(mailbox).Begin();
-  EXPECT_EQ(mailbox.Next(event), Got::kEvent);
+  EXPECT_EQ(buffer.Next(event), Got::kNothing);
+  Producer(buffer).Begin();
+  EXPECT_EQ(buffer.Next(event), Got::kEvent);
   EXPECT_TRUE(event.has_accepted());
 }
 
-TEST(EventMailboxTest, KeepsTheLatestIteratesAndAnnouncesTheOthers) {
-  EventMailbox mailbox({.max_events = 1000, .max_iterates = 5});
-  Producer producer(mailbox);
+TEST(EventBufferTest, KeepsTheLatestIteratesAndAnnouncesTheOthers) {
+  EventBuffer buffer({.max_events = 1000, .max_iterates = 5});
+  Producer producer(buffer);
   producer.Begin();
   producer.Window(100);
   producer.End(1);
-  const std::vector<v1::SolveEvent> events = ReadToEnd(mailbox);
+  const std::vector<v1::SolveEvent> events = ReadToEnd(buffer);
   EXPECT_EQ(testing::WhatIsWrongWithOrder(events), "");
   ASSERT_EQ(testing::Count(events, v1::SolveEvent::kGap), 1);
   EXPECT_EQ(events[3].gap().iterates(), 95);
@@ -105,93 +105,93 @@ TEST(EventMailboxTest, KeepsTheLatestIteratesAndAnnouncesTheOthers) {
   EXPECT_EQ(events.back().summary().conflated_iterates(), 95);
 }
 
-TEST(EventMailboxTest, WindowsOutliveIterates) {
-  EventMailbox mailbox({.max_events = 1000, .max_iterates = 10});
-  Producer producer(mailbox);
+TEST(EventBufferTest, WindowsOutliveIterates) {
+  EventBuffer buffer({.max_events = 1000, .max_iterates = 10});
+  Producer producer(buffer);
   producer.Begin();
   for (int window = 0; window < 50; ++window) producer.Window(20);
   producer.End(1);
-  const std::vector<v1::SolveEvent> events = ReadToEnd(mailbox);
+  const std::vector<v1::SolveEvent> events = ReadToEnd(buffer);
   EXPECT_EQ(testing::WhatIsWrongWithOrder(events), "");
   EXPECT_EQ(testing::Count(events, v1::SolveEvent::kWindowStarted), 50);
   EXPECT_EQ(testing::Count(events, v1::SolveEvent::kWindowFinished), 50);
   EXPECT_EQ(testing::Count(events, v1::SolveEvent::kIterate), 10);
 }
 
-TEST(EventMailboxTest, StaysWithinItsBoundWhenNobodyReads) {
-  EventMailbox mailbox({.max_events = 64, .max_iterates = 32});
-  Producer producer(mailbox);
+TEST(EventBufferTest, StaysWithinItsBoundWhenNobodyReads) {
+  EventBuffer buffer({.max_events = 64, .max_iterates = 32});
+  Producer producer(buffer);
   producer.Begin();
   std::size_t most = 0;
   for (int window = 0; window < 20'000; ++window) {
     producer.Window(window % 7);
-    most = std::max(most, mailbox.size());
+    most = std::max(most, buffer.size());
   }
   EXPECT_LE(most, 64u);
   producer.End(1);
-  const std::vector<v1::SolveEvent> events = ReadToEnd(mailbox);
+  const std::vector<v1::SolveEvent> events = ReadToEnd(buffer);
   EXPECT_EQ(testing::WhatIsWrongWithOrder(events), "");
   EXPECT_TRUE(events[1].has_analysis());
-  // The latest are the ones that are left.
+  // The latest ones are kept.
   EXPECT_EQ(events[events.size() - 3].sequence(), producer.put());
 }
 
-TEST(EventMailboxTest, DefaultBoundIsThreeMegabytes) {
-  EventMailbox mailbox;
-  Producer producer(mailbox);
+TEST(EventBufferTest, DefaultBoundIsThreeMegabytes) {
+  EventBuffer buffer;
+  Producer producer(buffer);
   producer.Begin();
   for (int window = 0; window < 20'000; ++window) producer.Window(1);
   producer.End(0);
   std::size_t bytes = 0;
   // A list node is two pointers beside the event.
-  for (const v1::SolveEvent& event : ReadToEnd(mailbox)) bytes += event.SpaceUsedLong() + 2 * sizeof(void*);
+  for (const v1::SolveEvent& event : ReadToEnd(buffer)) bytes += event.SpaceUsedLong() + 2 * sizeof(void*);
   EXPECT_GT(bytes, 500'000u);
   EXPECT_LT(bytes, 3'000'000u);
 }
 
-TEST(EventMailboxTest, ErrorsComeAfterTheEventsBeforeThem) {
-  EventMailbox mailbox;
-  Producer(mailbox).Begin();
-  mailbox.Close(absl::InternalError("out of memory"));
-  EXPECT_EQ(ReadToEnd(mailbox).size(), 2u);
+TEST(EventBufferTest, ErrorsComeAfterTheEventsBeforeThem) {
+  EventBuffer buffer;
+  Producer(buffer).Begin();
+  buffer.Close(absl::InternalError("out of memory"));
+  EXPECT_EQ(ReadToEnd(buffer).size(), 2u);
   v1::SolveEvent event;
-  EXPECT_EQ(mailbox.Next(event), Got::kEnd);
-  EXPECT_EQ(mailbox.status(), absl::InternalError("out of memory"));
+  EXPECT_EQ(buffer.Next(event), Got::kEnd);
+  EXPECT_EQ(buffer.status(), absl::InternalError("out of memory"));
 }
 
-TEST(EventMailboxTest, KnowsWhatIsLeft) {
-  EventMailbox mailbox;
+TEST(EventBufferTest, KnowsWhatIsLeft) {
+  EventBuffer buffer;
   v1::SolveEvent event;
-  EXPECT_FALSE(mailbox.has_more());
-  Producer producer(mailbox);
+  EXPECT_FALSE(buffer.has_more());
+  Producer producer(buffer);
   producer.Begin();  // two events
-  EXPECT_TRUE(mailbox.has_more());
-  ASSERT_EQ(mailbox.Next(event), Got::kEvent);
-  ASSERT_EQ(mailbox.Next(event), Got::kEvent);
-  EXPECT_FALSE(mailbox.has_more());
+  EXPECT_TRUE(buffer.has_more());
+  ASSERT_EQ(buffer.Next(event), Got::kEvent);
+  ASSERT_EQ(buffer.Next(event), Got::kEvent);
+  EXPECT_FALSE(buffer.has_more());
   producer.End(1);
-  ASSERT_EQ(mailbox.Next(event), Got::kEvent);
+  ASSERT_EQ(buffer.Next(event), Got::kEvent);
   ASSERT_TRUE(event.has_trajectory());
-  EXPECT_TRUE(mailbox.has_more());
-  EXPECT_FALSE(mailbox.delivered());
-  ASSERT_EQ(mailbox.Next(event), Got::kEvent);
+  EXPECT_TRUE(buffer.has_more());
+  EXPECT_FALSE(buffer.delivered());
+  ASSERT_EQ(buffer.Next(event), Got::kEvent);
   ASSERT_TRUE(event.has_summary());
-  EXPECT_FALSE(mailbox.has_more());
-  EXPECT_TRUE(mailbox.delivered());
+  EXPECT_FALSE(buffer.has_more());
+  EXPECT_TRUE(buffer.delivered());
 
-  EventMailbox refused;
+  EventBuffer refused;
   refused.Close(absl::InternalError("out of memory"));
   EXPECT_FALSE(refused.has_more());
   EXPECT_FALSE(refused.delivered());
 }
 
-TEST(EventMailboxTest, ChunksAreMadeOnDemandAndStayBelowAMegabyte) {
-  EventMailbox mailbox;
-  Producer producer(mailbox);
+TEST(EventBufferTest, ChunksAreMadeOnDemandAndStayBelowAMegabyte) {
+  EventBuffer buffer;
+  Producer producer(buffer);
   producer.Begin();
   producer.End(200'000);  // 9.6 MB
-  EXPECT_EQ(mailbox.size(), 2u);
-  const std::vector<v1::SolveEvent> events = ReadToEnd(mailbox);
+  EXPECT_EQ(buffer.size(), 2u);
+  const std::vector<v1::SolveEvent> events = ReadToEnd(buffer);
   EXPECT_EQ(testing::WhatIsWrongWithOrder(events), "");
   EXPECT_GE(testing::Count(events, v1::SolveEvent::kTrajectory), 10);
   for (const v1::SolveEvent& event : events) EXPECT_LT(event.ByteSizeLong(), 1'000'000u);
@@ -199,11 +199,11 @@ TEST(EventMailboxTest, ChunksAreMadeOnDemandAndStayBelowAMegabyte) {
 
 // A fast producer and readers of several speeds in threads of their own; for the thread sanitizer as much as
 // for the numbers.
-TEST(EventMailboxTest, AccountsForEveryNumberAtAnyReadingSpeed) {
+TEST(EventBufferTest, AccountsForEveryNumberAtAnyReadingSpeed) {
   for (const int microseconds_per_event : {0, 1, 20}) {
-    EventMailbox mailbox({.max_events = 100, .max_iterates = 50});
-    std::thread engine([&mailbox] {
-      Producer producer(mailbox);
+    EventBuffer buffer({.max_events = 100, .max_iterates = 50});
+    std::thread engine([&buffer] {
+      Producer producer(buffer);
       producer.Begin();
       for (int window = 0; window < 2'000; ++window) producer.Window(10);
       producer.End(10);
@@ -211,7 +211,7 @@ TEST(EventMailboxTest, AccountsForEveryNumberAtAnyReadingSpeed) {
     std::vector<v1::SolveEvent> events;
     v1::SolveEvent event;
     for (Got got = Got::kNothing; got != Got::kEnd;) {
-      got = mailbox.Next(event);
+      got = buffer.Next(event);
       if (got == Got::kEvent) events.push_back(event);
       if (microseconds_per_event > 0) {
         std::this_thread::sleep_for(std::chrono::microseconds(microseconds_per_event));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests that are meant to hurt: each is refused with its code, soon, and for little memory.
+// Malicious requests: each is refused with its code, quickly and with little memory.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -186,7 +186,7 @@ TEST_F(JobServiceTest, ListsByState) {
   ASSERT_TRUE(jobs.ok());
   ASSERT_EQ(jobs->size(), 2u);
   EXPECT_EQ((*jobs)[0].name(), second);
-  // Of how it ended, what a list needs.
+  // A list contains only the needed part of the summary.
   v1::Summary brief;
   const v1::Summary whole = client_->jobs().Get(second, {})->summary();
   brief.set_termination(whole.termination());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Uploaded problems behind a real server, called with the real client, and with what no good client sends.
+// Uploaded problems behind a real server, called with the real client, and with invalid requests.
 #include "server/rpc/problem_service.h"
 
 #include <gmock/gmock.h>
@@ -58,7 +58,7 @@ v1::ProblemBody LargeBody() {
   return BodyOf(request);
 }
 
-// A reason that a program can read.
+// The machine-readable reason of an error.
 std::string LimitOf(const grpc::Status& status) {
   google::rpc::Status details;
   details.ParseFromString(status.error_details());
@@ -198,7 +198,7 @@ TEST_F(ProblemServiceTest, ASolveMayChangeWhatIsNotTheMatrices) {
   EXPECT_THAT(std::string(backend->Solve(named, {}, {}).status().message()), HasSubstr("x0"));
   changed.mutable_overrides()->add_x0(1);
   EXPECT_THAT(std::string(backend->Solve(changed, {}, {}).status().message()),
-              HasSubstr("overrides: go with problem_name"));
+              HasSubstr("overrides: are allowed with problem_name"));
 }
 
 TEST_F(ProblemServiceTest, WhatIsThereNeedNotBeSent) {
@@ -310,7 +310,7 @@ TEST_F(ProblemServiceTest, RefusesWhatIsNotWhatWasAnnouncedAndKeepsNothing) {
 
 TEST_F(ProblemServiceTest, ACutUploadLeavesNothingAndTakesNoPlace) {
   const std::string bytes = BodyOf(SwitchingRequest(1)).SerializeAsString();
-  for (int k = 0; k < 2 * UploadPlaces::kMax; ++k) {
+  for (int k = 0; k < 2 * UploadSlots::kMax; ++k) {
     grpc::ClientContext context;
     v1::UploadProblemResponse response;
     const auto writer = problems_->UploadProblem(&context, &response);
@@ -324,7 +324,7 @@ TEST_F(ProblemServiceTest, ACutUploadLeavesNothingAndTakesNoPlace) {
     EXPECT_FALSE(writer->Finish().ok());
   }
   EXPECT_EQ(CountProblems(), 0u);
-  Upload(BodyOf(SwitchingRequest(1)));  // waits until the server has heard of the cuts
+  Upload(BodyOf(SwitchingRequest(1)));  // waits until the server has noticed the broken connections
 }
 
 TEST_F(ProblemServiceTest, LimitsAreToldAndKept) {

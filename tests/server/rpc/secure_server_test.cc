@@ -52,7 +52,7 @@ std::string UserLines() {
   return lines;
 }
 
-// A server of which each test says how it is to be reached.
+// A server whose access settings each test chooses.
 class SecureServerTest : public testing::ServiceTest {
  protected:
   void SetUp() override { spdlog::set_level(spdlog::level::off); }
@@ -299,7 +299,7 @@ TEST_F(SecureServerTest, EncryptsAndProvesWhoItIs) {
   of_this_machine.tls = true;
   EXPECT_THAT(Refusal(of_this_machine), HasSubstr("--tls-ca"));
   EXPECT_THAT(Refusal(Options()), HasSubstr("it wants encrypted connections; name the authority"));
-  // The whole way of a job.
+  // A job from its creation to its deletion.
   const auto client = *Client::Connect(Encrypted(authority_, kAlice));
   EXPECT_TRUE(Watch(*client, Submit(*client, SwitchingRequest(100))).ok());
 }
@@ -461,7 +461,7 @@ TEST_F(SecureDlcsdTest, WritesDownWhoChangedWhatAndNoToken) {
   EXPECT_EQ(connect("dlcs_guessed")->jobs().Delete(job, {}).code(), absl::StatusCode::kUnauthenticated);
   EXPECT_TRUE(connect(kAlice)->jobs().Delete(job, {}).ok());
 
-  // A signal is enough, and the new token works at once.
+  // After a signal the new token works at once.
   ReplaceFile(file, UserLines() + "carl reader " + TokenHashText("dlcs_new") + "\n");
   dlcsd.Signal(SIGHUP);
   EXPECT_TRUE(Becomes([&] { return connect("dlcs_new")->jobs().List({}, 1, {}).ok(); }));

@@ -54,8 +54,8 @@ Analyzed Analyze(v1::SolverService::Stub& stub, const v1::Problem& problem) {
   return analyzed;
 }
 
-// What must not depend on where a solve ran: everything except identifiers, times, and the progress of methods that
-// step, which is reported by the clock.
+// The part of a result that must not depend on where a solve ran: everything except identifiers, times, and the
+// progress of stepping methods, whose reports depend on the clock.
 struct Told {
   std::vector<std::string> words;  // analysis, iterates, summary
   std::vector<double> numbers;     // the trajectory
@@ -127,7 +127,7 @@ TEST_F(SolverServiceTest, InProcessAndThroughTheServerAreTheSameBits) {
 TEST_F(SolverServiceTest, TwoSolvesInterleaveTheirIterates) {
   // Both read until both have a hundred iterates: solved one after the other, the first would have ended
   // before. Windows of 300 steps make fewer events than a reader takes: of those of single steps, windows
-  // alone fill the mailbox and hardly an iterate is left.
+  // alone fill the buffer and hardly an iterate is left.
   constexpr int kEnough = 100;
   v1::SolveRequest request = testing::ChattyRequest(3'000'000 / testing::kSlowness);
   request.mutable_options()->set_window_steps(300);

@@ -129,7 +129,7 @@ TEST_P(JobStoreContractTest, AShardIsStoredOnceHoweverOftenItWasSolved) {
   EXPECT_TRUE(IsLost(store_.Finish(first.lease, SampleEnd(9, JobState::kFailed))));
   EXPECT_TRUE(store_.RenewLease(second.lease, 30s).ok());
   ASSERT_TRUE(store_.FinishShard(second.lease, ResultOf(second)).ok());
-  // Where the answer was lost, the same again changes nothing.
+  // If the response was lost, repeating the call changes nothing.
   EXPECT_TRUE(IsLost(store_.FinishShard(second.lease, ResultOf(second))));
   EXPECT_EQ(store_.ReadChunks(id, 0, 1'000'000)->size(), 1u);
   EXPECT_THAT(TextsOfEvents(store_, id), ElementsAre("1 RUNNING", "2 shard 0", "3 SUCCEEDED", "4 "));
@@ -147,7 +147,7 @@ TEST_P(JobStoreContractTest, ALeaseOnAShardIsRenewedReleasedAndTakenBackAfterARe
   EXPECT_TRUE(IsOpen(store_, id));
   const ClaimedJob again = ClaimShard(store_, id, "one");
   EXPECT_EQ(again.lease.shard, 0);
-  EXPECT_EQ(again.job.attempts, 1);  // the release was no crash
+  EXPECT_EQ(again.job.attempts, 1);  // a release does not count as a crash
   EXPECT_EQ(*store_.ReleaseLeases("two"), 1);
   const ClaimedJob restarted = ClaimShard(store_, id, "two");
   EXPECT_EQ(restarted.lease.shard, 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A store that can be told to fail.
+// A store that a test can make fail.
 
 #ifndef DLCS_TESTS_SERVER_STORE_FAILING_STORE_H_
 #define DLCS_TESTS_SERVER_STORE_FAILING_STORE_H_
@@ -14,12 +14,12 @@
 
 namespace dlcs::jobs::testing {
 
-// Passes everything on, but while `broken` fails as a full disk does: what writes is refused.
+// Forwards all calls. While `broken`, writes fail as on a full disk.
 class FailingStore final : public JobStore {
  public:
   explicit FailingStore(JobStore& store) : store_(store) {}
   std::atomic<bool> broken = false;
-  // Where the answer is lost: the write happens, and an error comes back.
+  // The response is lost: the write is done, and an error is returned.
   std::atomic<bool> answers_lost = false;
 
   absl::StatusOr<Created> Create(const NewJob& job) override {
@@ -60,7 +60,7 @@ class FailingStore final : public JobStore {
   absl::Status Append(const Lease& lease, const Progress& progress) override {
     return Write([&] { return store_.Append(lease, progress); });
   }
-  // Called before a job is finished; may hold that up. Set before there is a manager.
+  // Called before a job is finished, and may block. Set it before a manager uses the store.
   std::function<void(const Lease& lease)> before_finish;
   absl::Status Finish(const Lease& lease, const Outcome& outcome) override {
     if (before_finish) before_finish(lease);

@@ -294,7 +294,7 @@ TEST_P(JobStoreContractTest, OneWorkerGetsAJobAndItsLeaseRunsOut) {
   EXPECT_FALSE(CanClaim(shared_->other(), id));
   shared_->Advance(11s);
   ASSERT_TRUE(CanClaim(shared_->other(), id));
-  // Late, but nobody came: still the holder.
+  // Late, but no other worker claimed the job: the lease is still valid.
   EXPECT_TRUE(store_.Append(first.lease, {.chunks = {}, .state = {}, .events = {}, .reserve_through = 4000}).ok());
 
   const ClaimedJob second = Claim(shared_->other(), id, "other", 30s);

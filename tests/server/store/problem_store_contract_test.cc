@@ -147,7 +147,7 @@ TEST_P(ProblemStoreContractTest, StaysWhileAJobNeedsIt) {
   ASSERT_TRUE(store_.Expire(kUnusedForADay).ok());
   EXPECT_THAT(Listed(problems_, "ada"), ElementsAre(Id('a')));
   EXPECT_TRUE(absl::IsFailedPrecondition(problems_.DeleteProblem("ada", Id('a'))));
-  // A job of somebody else who uploaded the same is no reason to keep it.
+  // A job of another user who uploaded the same problem does not keep it.
   ASSERT_TRUE(Add(problems_, "bob", Id('a')).ok());
   EXPECT_TRUE(problems_.DeleteProblem("bob", Id('a')).ok());
 

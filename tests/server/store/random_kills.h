@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often tests kill, and when: DLCS_KILLS sets how often; DLCS_SEED replays a failure.
+// The number of kills of a test and their random times: DLCS_KILLS sets the number; DLCS_SEED repeats a failure.
 
 #ifndef DLCS_TESTS_SERVER_STORE_RANDOM_KILLS_H_
 #define DLCS_TESTS_SERVER_STORE_RANDOM_KILLS_H_
@@ -16,7 +16,7 @@ struct RandomKills {
   int count;
   unsigned seed;
 
-  // What holds where the environment says nothing. The seed is in the report of the test.
+  // The values without these variables. The report of the test contains the seed.
   explicit RandomKills(unsigned default_count, unsigned default_seed = std::random_device{}())
       : count(static_cast<int>(Asked("DLCS_KILLS", default_count))), seed(Asked("DLCS_SEED", default_seed)) {
     ::testing::Test::RecordProperty("seed", std::to_string(seed));

@@ -33,7 +33,7 @@ inline std::string LiveAndDie(std::chrono::microseconds life, const std::functio
     _exit(1);
   }
   close(ends[1]);
-  // Read while it lives: a full pipe would hold it up.
+  // Reads while the process lives, since a full pipe would block it.
   std::string text;
   std::thread reader([&text, end = ends[0]] {
     char buffer[65536];
@@ -49,7 +49,7 @@ inline std::string LiveAndDie(std::chrono::microseconds life, const std::functio
 }
 
 // Processes that live for random times of `least` to `least` + `spread` microseconds, one after the other. All times
-// grow where one has said nothing: on a slow machine not every life may end before it began.
+// grow if a process wrote nothing: on a slow machine it may have been killed before it began.
 class ShortLives {
  public:
   ShortLives(unsigned seed, unsigned least, unsigned spread) : random_(seed), least_(least), spread_(spread) {}

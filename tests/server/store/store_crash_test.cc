@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// kill -9 at random moments: what was acknowledged is there, once, with its bytes.
+// kill -9 at random moments: everything acknowledged is stored once, with the same bytes.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -26,8 +26,8 @@ using testing::SampleWindow;
 
 constexpr int kWindowsPerJob = 5;
 
-// A server: takes up what its earlier life left, then creates jobs and runs them, and says of everything that the
-// store acknowledged so on `pipe`, a line each. Never returns.
+// A server: resumes the jobs of its earlier life, then creates and runs jobs, and writes a line to `pipe` for
+// everything that the store acknowledged. Never returns.
 [[noreturn]] void Serve(const std::string& path, int pipe) {
   const auto say = [pipe](const std::string& line) { testing::Say(pipe, line); };
   const auto must = [&say](const absl::Status& status) {

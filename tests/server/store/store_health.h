@@ -15,7 +15,7 @@
 
 namespace dlcs::jobs::testing {
 
-// It refuses with `code` and a message that has `text`, and says of itself that it is not healthy.
+// It fails with `code` and a message that contains `text`, and reports that it is not healthy.
 inline void ExpectSick(JobStore& store, absl::StatusCode code, const std::string& text) {
   const absl::Status status = store.Create(SampleJob()).status();
   EXPECT_EQ(status.code(), code) << status;
@@ -25,7 +25,7 @@ inline void ExpectSick(JobStore& store, absl::StatusCode code, const std::string
   EXPECT_FALSE(store.Healthy());
 }
 
-// It has the jobs `ids` of "ada", and takes new ones.
+// It has the jobs `ids` of "ada", and accepts new ones.
 inline void ExpectWell(JobStore& store, const std::vector<JobId>& ids) {
   EXPECT_TRUE(store.Probe().ok()) << store.Probe();
   EXPECT_TRUE(store.Healthy());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder that goes with the test.
+// A folder that is deleted at the end of the test.
 
 #ifndef DLCS_TESTS_SERVER_STORE_TEMPORARY_FOLDER_H_
 #define DLCS_TESTS_SERVER_STORE_TEMPORARY_FOLDER_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the PostgreSQL store does when its server is gone, hangs, is full, damaged or not ours, and when that is over.
+// The PostgreSQL store while its server is down, hangs, is full, damaged or belongs to another program, and afterwards.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ class PostgresFaultsTest : public ::testing::Test {
     spdlog::set_default_logger(usual_log_);
     if (server_ == &PostgresServer::Shared()) server_->Execute("DROP SCHEMA IF EXISTS " + schema_ + " CASCADE");
   }
-  // For tests that do to the server what the others would not like.
+  // For tests that disturb the server, and so have one of their own.
   void UseAnotherServer() { server_ = (another_ = std::make_unique<PostgresServer>()).get(); }
   std::unique_ptr<PostgresJobStore> Open() {
     return std::make_unique<PostgresJobStore>(
@@ -111,7 +111,7 @@ TEST_F(PostgresFaultsTest, AServerThatHangsIsGivenUpAfterAWhile) {
   const std::string address = server_->AddressOf(schema_);
   PostgresConnection session(address, 2s);
   server_->Freeze();
-  // The store has one of the two: its session is taken where others are still being told of the new jobs.
+  // A commit of the store waits beside the session that notifies of the new job.
   ExpectSick(*store, absl::StatusCode::kUnavailable, "cannot be reached");
   EXPECT_THAT(log_.str(), AnyOf(HasSubstr("no response of the database server for 4 s"), HasSubstr("timeout expired")));
   const auto begin = std::chrono::steady_clock::now();

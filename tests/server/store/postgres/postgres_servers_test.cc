@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several servers on one PostgreSQL: what one does the others see.
+// Several servers on one PostgreSQL: each sees the changes of the others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ class PostgresServersTest : public ::testing::Test {
   static absl::StatusOr<Demand> Cost(const Submission&) {
     return Demand{.core_seconds = 0.01, .memory_bytes = 1000, .threads = 1};
   }
-  // Looks at what others did only when it is told: what these tests wait for is told.
+  // Polls so rarely that everything these tests wait for must arrive as a notification.
   JobManagerOptions Named(const std::string& name) const {
     JobManagerOptions options;
     options.worker = name;
@@ -87,7 +87,7 @@ TEST_F(PostgresServersTest, AFrontTakesWhatAWorkerRuns) {
   EXPECT_EQ(Trajectory(front->store, id), Trajectory(3));
 }
 
-// What is not in the store reaches those who watch elsewhere all the same, with the detail that they want.
+// Events that are not in the store reach the watchers on other servers too, with the detail that they want.
 TEST_F(PostgresServersTest, AFrontTellsWhatPassesAtTheWorker) {
   const auto front = StartFront();
   const JobId id = Submit(*front, "wait");
@@ -143,7 +143,7 @@ TEST_F(PostgresServersTest, AJobOfAServerThatDrainsGoesOnAtAnother) {
   EXPECT_EQ(other->store.Get("ada", id)->attempts, 1);
 }
 
-// One claim names many jobs, so that those which another server has taken cost one together.
+// One claim names many jobs, so that all jobs that another server has claimed cost one call together.
 TEST_F(PostgresServersTest, JobsThatAnotherServerHasAreNotClaimedOneByOne) {
   const auto front = StartFront();
   std::vector<JobId> ids;
@@ -165,8 +165,8 @@ TEST_F(PostgresServersTest, JobsThatAnotherServerHasAreNotClaimedOneByOne) {
   EXPECT_EQ(front->store.Get("ada", ids[1])->state, JobState::kRunning);
 }
 
-// Every server hears every notification, so that events are told only of jobs that some server follows, also of what
-// happened a moment before it began to.
+// Every server receives every notification, so events are announced only for jobs that some server follows, including
+// events from shortly before it began to follow.
 TEST_F(PostgresServersTest, EventsAreToldOfJobsThatAreFollowed) {
   PostgresJobStore follower({.address = address_});
   PostgresJobStore worker({.address = address_});

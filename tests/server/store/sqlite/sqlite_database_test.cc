@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes that go into the file together, and what one of them may do to the others: nothing.
+// Writes that share a transaction, and do not affect each other.
 #include "server/store/sqlite/sqlite_database.h"
 
 #include <gmock/gmock.h>
@@ -92,7 +92,7 @@ class SqliteDatabaseTest : public ::testing::Test {
         });
       }
       while (calling < writes.size()) std::this_thread::yield();
-      // From there to the queue: nothing tells when they have got that far.
+      // Gives the threads time to reach the queue; there is no signal for it.
       std::this_thread::sleep_for(5ms);
       return Add(first)(connection);
     });
@@ -108,7 +108,7 @@ class SqliteDatabaseTest : public ::testing::Test {
 };
 
 TEST_F(SqliteDatabaseTest, WritesThatWaitAreCommittedTogether) {
-  // On a busy machine a thread may come too late for the group, but not for ever.
+  // On a busy machine a thread may be too late for the group, but not every time.
   for (int k = 0; k < 100; ++k) {
     const std::string text = std::to_string(k);
     const Round round = WriteWhileBusy({Add(text + "a"), Add(text + "b"), Add(text + "c"), Add(text + "d")}, text);

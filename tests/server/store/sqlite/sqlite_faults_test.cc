@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the SQLite store does when its file is full, locked, damaged or gone, and when that is over.
+// The SQLite store while its file is full, locked, damaged or missing, and afterwards.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -134,7 +134,7 @@ TEST_F(SqliteFaultsTest, GarbageIsSaidToBeDamagedAndACopyIsTakenUpAgain) {
   const auto store = Open();
   ExpectSick(*store, absl::StatusCode::kDataLoss, "damaged");
   EXPECT_FALSE(store->Get("ada", ids[0]).ok());
-  // What was found is left as it was, for whoever wants to look.
+  // The damaged file is left unchanged for an inspection.
   EXPECT_EQ(std::filesystem::file_size(path_), 100'000u);
   std::filesystem::rename(copy, path_);
   ExpectWell(*store, ids);

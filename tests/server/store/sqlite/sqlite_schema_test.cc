@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A database of an earlier program goes on being of use. version-1.db was made by a server with schema version 1, which
-// was killed: one job had ended, one was running, one was queued.
+// A database of an earlier program remains usable. version-1.db was made by a server with schema version 1, which was
+// killed: one job had ended, one was running, one was queued.
 #include "server/store/sqlite/sqlite_schema.h"
 
 #include <gmock/gmock.h>
@@ -61,7 +61,7 @@ TEST_F(SqliteSchemaTest, Version1LosesNothing) {
                                  EventKind::kState, EventKind::kSummary));
   EXPECT_EQ(store.ReadChunks(ended.id, 0, 1 << 20)->size(), 1u);
 
-  // The worker that had it claims it again at once, and finds what was asked.
+  // The worker that had the job claims it again at once, and finds the request.
   ASSERT_EQ(*store.ReleaseLeases("dlcsd"), 1);
   const JobId candidates[] = {running.id};
   const auto claimed = store.Claim("dlcsd", 30s, candidates);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/gateway/translators.h"
+#include "server/gateway/transcoder_pool.h"
 
 #include <memory>
 #include <utility>
@@ -14,48 +14,48 @@ namespace asio = boost::asio;
 
 namespace {
 
-// Half a second of work at most, and four seconds.
+// At most half a second of work, and at most four seconds.
 constexpr std::size_t kSmallBytes = std::size_t{1} << 20;
 constexpr std::size_t kMediumBytes = std::size_t{8} << 20;
 
 }  // namespace
 
-void Turns::Take() {
+void TicketLock::Lock() {
   std::unique_lock lock(mutex_);
   const std::uint64_t number = next_++;
-  given_.wait(lock, [&] { return current_ == number; });
+  unlocked_.wait(lock, [&] { return current_ == number; });
 }
 
-void Turns::Give() {
+void TicketLock::Unlock() {
   {
     const std::lock_guard lock(mutex_);
     ++current_;
   }
-  given_.notify_all();
+  unlocked_.notify_all();
 }
 
-asio::thread_pool& Translators::ThreadsFor(std::size_t bytes) {
+asio::thread_pool& TranscoderPool::ThreadsFor(std::size_t bytes) {
   return bytes <= kSmallBytes ? small_ : bytes <= kMediumBytes ? medium_ : large_;
 }
 
-asio::awaitable<absl::StatusOr<std::string>> Translators::Run(std::size_t bytes, std::stop_token left,
-                                                              asio::any_io_executor executor, Work work) {
+asio::awaitable<absl::StatusOr<std::string>> TranscoderPool::Run(std::size_t bytes, std::stop_token disconnected,
+                                                                 asio::any_io_executor executor, Work work) {
   using Result = absl::StatusOr<std::string>;
   const auto result = std::make_shared<Result>();
-  const auto translate = [this, left = std::move(left), work = std::move(work)]() -> Result {
-    turns_.Take();
-    Result translated = work([&] {
-      turns_.Give();
-      turns_.Take();
-      return !left.stop_requested();
+  const auto transcode = [this, disconnected = std::move(disconnected), work = std::move(work)]() -> Result {
+    lock_.Lock();
+    Result transcoded = work([&] {
+      lock_.Unlock();
+      lock_.Lock();
+      return !disconnected.stop_requested();
     });
-    turns_.Give();
-    return translated;
+    lock_.Unlock();
+    return transcoded;
   };
-  const auto initiate = [threads = &ThreadsFor(bytes), executor, translate, result](auto handler) {
+  const auto initiate = [threads = &ThreadsFor(bytes), executor, transcode, result](auto handler) {
     const auto kept = std::make_shared<decltype(handler)>(std::move(handler));
-    asio::post(*threads, [executor, translate, result, kept] {
-      *result = translate();
+    asio::post(*threads, [executor, transcode, result, kept] {
+      *result = transcode();
       asio::post(executor, [kept] { (*kept)(); });
     });
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/gateway/translators.h"
+#include "server/gateway/transcoder_pool.h"
 
 #include <gtest/gtest.h>
 
@@ -25,10 +25,10 @@ using Result = absl::StatusOr<std::string>;
 
 constexpr std::size_t kSmall = 100'000, kLarge = 50'000'000;
 
-class TranslatorsTest : public ::testing::Test {
+class TranscoderPoolTest : public ::testing::Test {
  protected:
-  // Starts a translation of so many bytes, and returns how it will end.
-  std::future<Result> Start(std::size_t bytes, Translators::Work work, std::stop_token left = {}) {
+  // Starts a conversion of so many bytes, and returns its future result.
+  std::future<Result> Start(std::size_t bytes, TranscoderPool::Work work, std::stop_token left = {}) {
     auto promise = std::make_shared<std::promise<Result>>();
     std::future<Result> future = promise->get_future();
     boost::asio::co_spawn(
@@ -40,25 +40,25 @@ class TranslatorsTest : public ::testing::Test {
     return future;
   }
 
-  boost::asio::awaitable<void> Await(std::size_t bytes, Translators::Work work, std::stop_token left,
+  boost::asio::awaitable<void> Await(std::size_t bytes, TranscoderPool::Work work, std::stop_token left,
                                      std::shared_ptr<std::promise<Result>> promise) {
     boost::asio::any_io_executor executor = context_.get_executor();
-    Result result = co_await translators_.Run(bytes, std::move(left), std::move(executor), std::move(work));
+    Result result = co_await transcoders_.Run(bytes, std::move(left), std::move(executor), std::move(work));
     promise->set_value(std::move(result));
   }
 
   boost::asio::io_context context_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> guard_{context_.get_executor()};
   std::jthread thread_{[this] { context_.run(); }};
-  Translators translators_;
+  TranscoderPool transcoders_;
   // Before the thread is joined.
   std::unique_ptr<boost::asio::io_context, void (*)(boost::asio::io_context*)> stop_{
       &context_, [](boost::asio::io_context* context) { context->stop(); }};
 };
 
-TEST_F(TranslatorsTest, ASmallOneEndsWhileLargeOnesGoOn) {
+TEST_F(TranscoderPoolTest, ASmallOneEndsWhileLargeOnesGoOn) {
   std::atomic<bool> small_ended = false;
-  const Translators::Work until_small_ended = [&](const std::function<bool()>& is_wanted) -> Result {
+  const TranscoderPool::Work until_small_ended = [&](const std::function<bool()>& is_wanted) -> Result {
     while (!small_ended) {
       if (!is_wanted()) return absl::CancelledError();
     }
@@ -75,9 +75,9 @@ TEST_F(TranslatorsTest, ASmallOneEndsWhileLargeOnesGoOn) {
   for (auto& one : large) EXPECT_EQ(one.get().value(), "large");
 }
 
-TEST_F(TranslatorsTest, OneWorksAtATime) {
+TEST_F(TranscoderPoolTest, OneWorksAtATime) {
   std::atomic<int> working = 0, most = 0;
-  const Translators::Work count = [&](const std::function<bool()>& is_wanted) -> Result {
+  const TranscoderPool::Work count = [&](const std::function<bool()>& is_wanted) -> Result {
     for (int k = 0; k < 20; ++k) {
       most = std::max<int>(most, ++working);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -92,7 +92,7 @@ TEST_F(TranslatorsTest, OneWorksAtATime) {
   EXPECT_EQ(most, 1);
 }
 
-TEST_F(TranslatorsTest, EndsWithItsClient) {
+TEST_F(TranscoderPoolTest, EndsWithItsClient) {
   std::stop_source left;
   std::promise<void> begun;
   std::future<Result> endless = Start(
