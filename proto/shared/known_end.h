@@ -10,8 +10,8 @@
 
 namespace dlcs {
 
-// The end of a solve of a problem with this horizon: its period where it has one. Absent for a period that is to be
-// found, and for a horizon that is none.
+// The end time of a solve: the period if one is given, otherwise the horizon. Absent if the period is to be found, or
+// the horizon is invalid.
 inline std::optional<double> KnownEnd(const v1::SolveOptions& options, double horizon) {
   if (options.period() < 0) return std::nullopt;
   const double end = options.period() > 0 ? options.period() : horizon;

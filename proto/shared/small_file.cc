@@ -19,7 +19,7 @@ absl::StatusOr<std::string> ReadSmallFile(const std::string& file) {
   if (stream == nullptr) return cannot_be_read();
   std::string text(kMaxBytes + 1, '\0');
   text.resize(std::fread(text.data(), 1, text.size(), stream.get()));
-  if (std::ferror(stream.get()) != 0) return cannot_be_read();  // a folder, for one
+  if (std::ferror(stream.get()) != 0) return cannot_be_read();  // for example, a folder
   if (text.size() > kMaxBytes) {
     return absl::InvalidArgumentError(absl::StrCat(file, ": has more than ", kMaxBytes, " bytes; must have less"));
   }

@@ -9,7 +9,7 @@
 
 namespace dlcs {
 
-// At most `max_bytes` of `text`, cut between characters (UTF-8) and then ended with "...".
+// At most `max_bytes` of `text`. Longer text is cut between characters (UTF-8) and ends with "...".
 std::string TruncateUtf8(std::string text, std::size_t max_bytes);
 
 }  // namespace dlcs
