@@ -14,7 +14,7 @@
 
 int main(int argc, char** argv) {
   using namespace dlcs::client;
-  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // what matters of it is said in words of our own
+  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // errors are reported in messages of our own
   try {
     const ExitCode code = std::visit(
         [](const auto& command) -> ExitCode {

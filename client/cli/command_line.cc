@@ -296,7 +296,7 @@ std::string NotKnown(const CLI::App& app, const std::string& word) {
   const std::string name = word.substr(0, word.find('='));
   const CLI::App& current = Current(app);
   if (&current == &app && IsFile(word)) {
-    return fmt::format("\"{}\" is a file and no command; did you mean dlcs solve {}?", word, word);
+    return fmt::format("\"{}\" is a file, not a command; did you mean dlcs solve {}?", word, word);
   }
   auto meant = OptionOfValue(current, name);
   if (!meant) meant = NearestName(name, KnownNames(current));

@@ -27,7 +27,7 @@ std::size_t CharacterLength(std::string_view text) {
 
 }  // namespace
 
-std::size_t FindNoUtf8(std::string_view text) {
+std::size_t FindInvalidUtf8(std::string_view text) {
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t length = CharacterLength(text.substr(at));
     if (length == 0) return at;

@@ -11,7 +11,7 @@
 namespace dlcs::client {
 
 // The first byte of `text` that is not valid UTF-8; npos if there is none. Overlong forms and surrogates are not valid.
-std::size_t FindNoUtf8(std::string_view text);
+std::size_t FindInvalidUtf8(std::string_view text);
 
 // The characters of `text`, in valid UTF-8.
 std::u32string LettersOf(std::string_view text);

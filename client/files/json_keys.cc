@@ -120,7 +120,7 @@ absl::Status CheckKind(const json& root, FileKind kind, const std::string& sourc
   if (found == kind || what == nullptr) return absl::OkStatus();
   const char* wanted =
       kind == FileKind::kMembers
-          ? "; members are wanted here, as in [{\"x0\": [1, 0]}, {\"T\": 2}], or a table of initial states"
+          ? "; members are expected here, as in [{\"x0\": [1, 0]}, {\"T\": 2}], or a table of initial states"
           : "";
   return absl::InvalidArgumentError(fmt::format("{}: holds {}{}", source, what, wanted));
 }

@@ -92,22 +92,22 @@ void JsonReader::Refuse(const std::string& path, const std::string& rule) {
 
 void JsonReader::RefuseUnknownKeys(const nlohmann::json& object, const std::vector<std::string>& known,
                                    const std::string& path, const std::vector<std::string>& notes) {
-  std::vector<std::string> told = known;
-  if (path.empty()) told.insert(told.end(), NoteKeys().begin(), NoteKeys().end());
+  std::vector<std::string> listed = known;
+  if (path.empty()) listed.insert(listed.end(), NoteKeys().begin(), NoteKeys().end());
   for (const auto& [key, value] : object.items()) {
-    if (std::find(told.begin(), told.end(), key) != told.end()) continue;
+    if (std::find(listed.begin(), listed.end(), key) != listed.end()) continue;
     if (std::find(notes.begin(), notes.end(), key) != notes.end()) continue;
-    if (refusals_.size() == kMaxRefusals) {  // what nobody will read is not looked for
+    if (refusals_.size() == kMaxRefusals) {  // more errors would not be printed
       ++more_;
       continue;
     }
     std::optional<std::string> nearest = NoteMeantBy(key);
-    if (nearest && std::find(told.begin(), told.end(), *nearest) == told.end()) nearest.reset();
-    if (!nearest) nearest = NearestName(key, told);
+    if (nearest && std::find(listed.begin(), listed.end(), *nearest) == listed.end()) nearest.reset();
+    if (!nearest) nearest = NearestName(key, listed);
     const std::string where = path.empty() ? "" : fmt::format(" in {}", path);
     Refuse(Quoted(TruncateUtf8(key, kMaxShownBytes)),
            nearest ? fmt::format("is not a known key{}{}", where, DidYouMean(Quoted(*nearest)))
-                   : fmt::format("is not a known key{}; known are {}", where, fmt::join(told, ", ")));
+                   : fmt::format("is not a known key{}; known are {}", where, fmt::join(listed, ", ")));
   }
 }
 

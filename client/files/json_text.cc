@@ -27,7 +27,7 @@ constexpr std::size_t kMaxDepth = 32;
 // Of a file: each takes a hundred bytes or two, and may be written with two.
 constexpr std::size_t kMaxLists = std::size_t{1} << 23;
 
-constexpr std::size_t kMaxShownText = 200;  // of text that is shown: not all of what a file of any size holds
+constexpr std::size_t kMaxShownText = 200;  // of text from the file in messages
 
 // Builds the value while it is read, and stops at errors that nlohmann's own reader accepts: duplicate keys and deep
 // nesting. (A callback of that reader could stop it too, but the reader then scans all elements of a list again after
@@ -169,7 +169,7 @@ std::string Explain(std::string_view text, std::size_t offset) {
   if (found == ']' || found == '}') {
     const std::size_t previous = text.substr(0, offset).find_last_not_of(" \t\r\n");
     if (previous != std::string_view::npos && text[previous] == ',') {
-      return fmt::format("a comma stands before the closing '{}'; remove it", found);
+      return fmt::format("there is a comma before the closing '{}'; remove it", found);
     }
   }
   return "";
@@ -222,7 +222,7 @@ std::string WideEncoding(std::string_view text) {
 
 // What `text` is if it is not UTF-8; empty if it is.
 std::string ExplainEncoding(const std::string& text) {
-  constexpr const char* kWanted = "a text file with JSON in UTF-8 is wanted here";
+  constexpr const char* kWanted = "a text file with JSON in UTF-8 is expected here";
   if (const std::string wide = WideEncoding(text); !wide.empty()) {
     return fmt::format(": is text in {0}; save it as UTF-8, or convert it with iconv -f {0} -t UTF-8", wide);
   }
@@ -232,7 +232,7 @@ std::string ExplainEncoding(const std::string& text) {
   if (const std::size_t zero = text.find('\0'); zero != std::string::npos) {
     return fmt::format(": is a binary file (byte {} is zero); {}", zero + 1, kWanted);
   }
-  const std::size_t at = FindNoUtf8(text);
+  const std::size_t at = FindInvalidUtf8(text);
   if (at == std::string::npos) return "";
   const auto byte = static_cast<unsigned char>(text[at]);
   const std::string letter = byte >= 0xa0 ? fmt::format(" (in Latin-1 it is \"{}\")", FromLatin1({&text[at], 1})) : "";

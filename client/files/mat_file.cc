@@ -181,7 +181,7 @@ MatNumbers TakeNumbers(std::string_view& bytes, bool big_endian) {
   const MatElement element = TakeElement(bytes, big_endian);
   const auto format = NumberFormatOf(element.type, big_endian);
   if (!format || element.data.size() % format->bytes != 0) {
-    throw MatRefusal("is damaged: its values are no numbers");
+    throw MatRefusal("is damaged: its values are not numbers");
   }
   return {element.data, *format};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of matrices that are read otherwise than whole.
+// Matrix files that are not read as a whole.
 
 #ifndef DLCS_CLIENT_FILES_MATRIX_FILES_H_
 #define DLCS_CLIENT_FILES_MATRIX_FILES_H_
@@ -13,8 +13,8 @@
 
 namespace dlcs::client {
 
-// Reads a matrix that a problem file names at `place`, as in A, in the file at `path`. Where that is read by rows, what
-// stands for it in the problem is a matrix of its shape without entries. Nothing for a file that is to be read whole.
+// Reads a matrix that a problem file names at `place`, as in A, in the file at `path`. If the file is read by rows,
+// returns a matrix of its shape without entries in its place. Absent for a file that is read as a whole.
 using MatrixFiles =
     std::function<std::optional<absl::StatusOr<v1::Matrix>>(const std::string& place, const std::string& path)>;
 

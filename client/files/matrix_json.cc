@@ -189,7 +189,7 @@ std::optional<v1::SparseMatrix> ReadDiagonals(const json& object, const std::str
     const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), offset);
     if (error != std::errc() || end != key.data() + key.size() || fmt::format("{}", offset) != key) {
       reader.Refuse(fmt::format("{}.\"{}\"", place, key.substr(0, 40)),
-                    "is no diagonal; \"0\" is the main one, \"1\" the one above it, \"-1\" the one below");
+                    "is not a diagonal; \"0\" is the main one, \"1\" the one above it, \"-1\" the one below");
       sound = false;
       continue;
     }

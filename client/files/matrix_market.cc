@@ -110,13 +110,13 @@ MarketHead ReadFormat(WordReader& words) {
 template <typename Number>
 Number ReadNumber(WordReader& words, const char* what) {
   std::string_view word = words.Next();
-  if (word.empty()) throw Fault{words.line(), fmt::format("the file ends where {} is due", what)};
+  if (word.empty()) throw Fault{words.line(), fmt::format("the file ends where {} is expected", what)};
   const std::string_view shown = word.substr(0, 40);
   if (word.size() > 1 && word[0] == '+') word.remove_prefix(1);
   Number number{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
   const bool whole = error == std::errc() && end == word.data() + word.size();
-  if (!whole) throw Fault{words.line(), fmt::format("\"{}\" stands where {} is due", shown, what)};
+  if (!whole) throw Fault{words.line(), fmt::format("\"{}\" where {} is expected", shown, what)};
   return number;
 }
 
@@ -161,7 +161,7 @@ void ReadEntry(WordReader& words, const MarketHead& head, const MarketEntry& add
     throw Fault{words.line(), "a skew-symmetric matrix has no entries on its diagonal"};
   }
   const double value = head.is_pattern ? 1 : ReadValue(words);
-  if (words.line() != line) throw Fault{line, "an entry must stand on a line of its own"};
+  if (words.line() != line) throw Fault{line, "each entry must have a line of its own"};
   add(row, column, value);
   if (row != column && head.is_half()) add(column, row, head.is_skew ? -value : value);
 }

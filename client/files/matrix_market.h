@@ -15,7 +15,7 @@
 
 namespace dlcs::client {
 
-// What a file says before its entries.
+// The header of a file.
 struct MarketHead {
   bool is_coordinate = false;
   bool is_pattern = false;                     // every entry is 1
@@ -34,8 +34,8 @@ absl::StatusOr<MarketHead> ParseMarketHead(std::string_view text, const std::str
 // Called with each entry of the matrix, from 0: twice for one off the diagonal of one triangle.
 using MarketEntry = std::function<void(std::int32_t row, std::int32_t column, double value)>;
 
-// Whole lines of the coordinates of a file, the first of which is number `line`. Returns how many entries stand in
-// them. Errors: as ParseMatrixMarket().
+// Whole lines of the coordinates of a file, the first of which is number `line`. Returns the number of entries in them.
+// Errors: as ParseMatrixMarket().
 absl::StatusOr<std::int64_t> ParseMarketLines(std::string_view text, std::int64_t line, const MarketHead& head,
                                               const std::string& source, const MarketEntry& add);
 

@@ -170,7 +170,7 @@ NumberFormat FormatOf(const std::string& type) {
 std::string_view SplitHeader(std::string_view& bytes) {
   constexpr std::size_t kVersionBytes = 2;
   if (!bytes.starts_with(kNpyMagic) || bytes.size() < kNpyMagic.size() + kVersionBytes) {
-    throw NpyFault{"is no array of NumPy; must begin with \\x93NUMPY and a version"};
+    throw NpyFault{"is not a NumPy array; must begin with \\x93NUMPY and a version"};
   }
   const int major = static_cast<unsigned char>(bytes[kNpyMagic.size()]);
   if (major < 1 || major > 3) throw NpyFault{fmt::format("is of version {} of .npy; must be 1, 2 or 3", major)};

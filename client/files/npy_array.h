@@ -23,8 +23,8 @@ inline constexpr std::string_view kNpyMagic = "\x93NUMPY";
 // and Python objects.
 absl::StatusOr<StoredArray> ParseNpy(std::string_view bytes, ReadingBudget& budget);
 
-// What stands in a file before the elements, which follow in the byte order of this machine, row by row. `type` is that
-// of NumPy without the byte order: "f8".
+// The header of a file. The elements follow it in the byte order of this machine, row by row. `type` is that of NumPy
+// without the byte order: "f8".
 std::string NpyHeader(std::string_view type, std::span<const std::size_t> shape);
 
 }  // namespace dlcs::client

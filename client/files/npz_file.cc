@@ -91,7 +91,7 @@ absl::StatusOr<StoredVariables> ParseNpz(std::string_view bytes, const Wanted& w
     variables.names.push_back(name);
     if (!wanted(name)) continue;
     if (!is_array) {
-      variables.arrays.emplace(name, absl::InvalidArgumentError("is no array of NumPy; must be a member NAME.npy"));
+      variables.arrays.emplace(name, absl::InvalidArgumentError("is not a NumPy array; must be a member NAME.npy"));
       continue;
     }
     const auto content = ReadMember(archive->get(), static_cast<zip_uint64_t>(index), budget);

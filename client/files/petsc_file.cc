@@ -30,7 +30,7 @@ bool BeginsWith(std::string_view bytes, std::size_t at) {
 bool BeginsWithMatrix(std::string_view& bytes) {
   if (!BeginsWith(bytes, 0)) {
     throw PetscRefusal(BeginsWith(bytes, 1) ? "has indices of 64 bits; must be of a PETSc with indices of 32 bits"
-                                            : "is no matrix or vector of PETSc");
+                                            : "is not a PETSc matrix or vector");
   }
   const bool is_matrix = PetscIndex(bytes, 0) == kPetscMatrix;
   bytes.remove_prefix(kWordBytes);

@@ -16,8 +16,8 @@ namespace dlcs::client {
 // Whether `bytes` begin as a matrix or a vector of PETSc does, with indices of 32 or of 64 bits.
 bool IsPetscFile(std::string_view bytes);
 
-// What a file with a sparse matrix says first. The lengths of its rows follow, then all columns, then all values, row
-// by row; all in the order of bytes of networks, which is that of kPetscValues.
+// The header of a file with a sparse matrix. The lengths of its rows follow, then all columns, then all values, row by
+// row; all in the order of bytes of networks, which is that of kPetscValues.
 struct PetscMatrixHead {
   static constexpr std::uint64_t kBytes = 16, kIndexBytes = 4, kValueBytes = 8;
   std::uint64_t rows = 0, columns = 0, entries = 0;

@@ -47,7 +47,7 @@ class ReadingBudget {
   std::size_t left_;
 };
 
-// How numbers stand in a file.
+// How numbers are stored in a file.
 struct NumberFormat {
   enum class Kind { kSigned, kUnsigned, kFloat };
   Kind kind = Kind::kFloat;

@@ -10,7 +10,7 @@
 
 namespace dlcs::client {
 
-bool SayTheSame(const v1::TimeFunction& one, const v1::TimeFunction& other, int size, const v1::Problem& problem) {
+bool AreSameFunction(const v1::TimeFunction& one, const v1::TimeFunction& other, int size, const v1::Problem& problem) {
   constexpr int kTimes = 257;
   constexpr double kDigits = 1e-9;
   std::vector<Violation> violations;

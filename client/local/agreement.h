@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether two ways of writing a source are the same function. Needs the engine in the process.
+// Compares two forms of a source as functions of time. Needs the engine in the process.
 
 #ifndef DLCS_CLIENT_LOCAL_AGREEMENT_H_
 #define DLCS_CLIENT_LOCAL_AGREEMENT_H_
@@ -10,7 +10,7 @@ namespace dlcs::client {
 
 // Whether `one` and `other`, of `size` components, agree to nine digits of each component at 257 even times inside (0,
 // T) of `problem`, whose parameters their formulas may have. False if one of them is not valid.
-bool SayTheSame(const v1::TimeFunction& one, const v1::TimeFunction& other, int size, const v1::Problem& problem);
+bool AreSameFunction(const v1::TimeFunction& one, const v1::TimeFunction& other, int size, const v1::Problem& problem);
 
 }  // namespace dlcs::client
 

@@ -16,7 +16,7 @@ struct Problem;
 
 namespace dlcs::client {
 
-// What a solve on many processes does in its own way (client/mpi).
+// Hooks for a solve on many processes (client/mpi).
 struct LocalHooks {
   // Changes a valid problem before it is solved; may be empty.
   std::function<void(Problem&)> on_problem;

@@ -28,7 +28,7 @@ absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const s
 
 enum class ModelKind { kInputOutput, kSignorini, kObstacle, kAmericanOption, kDrainage, kHeat };
 
-// What was given for a model (core/models). What is absent is as the model has it.
+// The options of a model (core/models). Absent ones have the default of the model.
 struct ModelOptions {
   ModelKind kind = ModelKind::kInputOutput;
   std::optional<std::int64_t> cells = {}, dimensions = {}, drains = {};

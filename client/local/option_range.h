@@ -8,7 +8,7 @@
 
 namespace dlcs::client {
 
-// Both ends belong to it. Beside the range some fields have a 0 that means the default.
+// Both ends are included. For some fields a 0 outside of the range means the default.
 struct SolveOptionRange {
   const char* words;  // "between 1 and 64"
   double least, most;

@@ -133,7 +133,7 @@ absl::Status DeckCircuit::SetInitial(const DeckLine& line, const Instance& insta
     if (kind == "i") {
       const Index element = ElementNamed(full);
       if (element < 0 || circuit_.elements[AsSize(element)].kind != ElementKind::kInductor) {
-        return DeckError(line.Place(words[k + 2].offset), fmt::format("\"{}\" is no inductor", words[k + 2].text));
+        return DeckError(line.Place(words[k + 2].offset), fmt::format("\"{}\" is not an inductor", words[k + 2].text));
       }
       if (!circuit_.uses_initial_conditions) {
         return DeckError(line.Place(words[k].offset), ".ic of a current is supported with UIC only");
@@ -145,7 +145,7 @@ absl::Status DeckCircuit::SetInitial(const DeckLine& line, const Instance& insta
     const bool is_global = parts_.globals.contains(name);
     const Index node = port != instance.nodes.end() ? port->second : NodeNamed(is_global ? name : full);
     if (node < 0) {
-      return DeckError(line.Place(words[k + 2].offset), fmt::format("\"{}\" is no node", words[k + 2].text));
+      return DeckError(line.Place(words[k + 2].offset), fmt::format("\"{}\" is not a node", words[k + 2].text));
     }
     if (node == 0) return DeckError(line.Place(words[k + 2].offset), "ground is at 0 V");
     circuit_.node_voltages.push_back({node, *value});
@@ -292,7 +292,7 @@ absl::Status DeckCircuit::ResolveControls() {
     }
     if (!control.by_any && (element < 0 || circuit_.elements[AsSize(element)].kind != ElementKind::kVoltageSource)) {
       return DeckError(control.place,
-                       fmt::format("{}: \"{}\" is no voltage source; a current is measured in one (0 V will do)",
+                       fmt::format("{}: \"{}\" is not a voltage source; a current is measured in one (0 V will do)",
                                    circuit_.elements[AsSize(control.element)].name, control.name));
     }
     circuit_.elements[AsSize(control.element)].controls.push_back({.factor = control.factor, .element = element});
@@ -309,9 +309,10 @@ absl::Status DeckCircuit::ResolveCouplings() {
     };
     const Index one = inductor(coupling.one), other = inductor(coupling.other);
     if (one < 0)
-      return DeckError(coupling.one_place, fmt::format("{}: \"{}\" is no inductor", coupling.name, coupling.one));
+      return DeckError(coupling.one_place, fmt::format("{}: \"{}\" is not an inductor", coupling.name, coupling.one));
     if (other < 0)
-      return DeckError(coupling.other_place, fmt::format("{}: \"{}\" is no inductor", coupling.name, coupling.other));
+      return DeckError(coupling.other_place,
+                       fmt::format("{}: \"{}\" is not an inductor", coupling.name, coupling.other));
     if (one == other)
       return DeckError(coupling.one_place, fmt::format("{} couples {} with itself", coupling.name, coupling.one));
     if (!coupled.insert(std::minmax(one, other)).second) {

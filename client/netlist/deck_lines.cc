@@ -68,10 +68,10 @@ class Splitter {
   absl::Status Split(const std::string& bytes, const std::string& source, bool is_deck,
                      const std::optional<std::string>& section) {
     if (bytes.find('\0') != std::string::npos) {
-      return DeckError(source, "holds a byte of 0, and is no text; save it as UTF-8");
+      return DeckError(source, "holds a byte of 0, and is not text; save it as UTF-8");
     }
     // LTspice writes its µ in Latin-1.
-    const std::string text = FindNoUtf8(bytes) == std::string::npos ? bytes : FromLatin1(bytes);
+    const std::string text = FindInvalidUtf8(bytes) == std::string::npos ? bytes : FromLatin1(bytes);
     std::size_t begin = 0, number = 0;
     bool in_control = false, is_inside = !section;
     bool may_continue = false;

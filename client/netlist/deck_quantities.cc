@@ -198,7 +198,7 @@ absl::StatusOr<std::vector<DeckQuantity>> PrintedQuantities(const std::vector<co
       auto quantity = QuantityOf(*line, items[k], scope, circuit);
       if (!quantity.ok() && IsPower(lower)) {
         const std::string why =
-            fmt::format("{}: a power is no curve; .meas takes products, as V(a,b)*I(R1)", items[k].text);
+            fmt::format("{}: a power is not a curve; .meas takes products, as V(a,b)*I(R1)", items[k].text);
         if (!is_generated) return DeckError(line->Place(items[k].offset), why);
         notes.Add(fmt::format("{}: {}", line->Place(), why));
         continue;
@@ -206,7 +206,7 @@ absl::StatusOr<std::vector<DeckQuantity>> PrintedQuantities(const std::vector<co
       if (!quantity.ok()) return quantity.status();
       if (quantity->factors.size() > 1) {
         return DeckError(line->Place(items[k].offset),
-                         fmt::format("{}: a product can be measured (.meas), but is no curve", items[k].text));
+                         fmt::format("{}: a product can be measured (.meas), but is not a curve", items[k].text));
       }
       printed.push_back(*std::move(quantity));
     }

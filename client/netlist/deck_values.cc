@@ -89,9 +89,9 @@ absl::StatusOr<double> ValueOf(const DeckLine& line, const DeckWord& word, Param
   }
   if (scope.Evaluate(word.text).ok()) {
     return DeckError(line.Place(word.offset),
-                     fmt::format("\"{0}\" is no number; a parameter is written in braces: {{{0}}}", word.text));
+                     fmt::format("\"{0}\" is not a number; a parameter is written in braces: {{{0}}}", word.text));
   }
-  return DeckError(line.Place(word.offset), fmt::format("\"{}\" is no number{}", word.text, DecimalHint(word.text)));
+  return DeckError(line.Place(word.offset), fmt::format("\"{}\" is not a number{}", word.text, DecimalHint(word.text)));
 }
 
 absl::Status DefineParameters(const std::vector<const DeckLine*>& lines, const std::set<std::string>& given,

@@ -68,7 +68,7 @@ class FormulaMaker {
     while (IsDigit(at_) || IsLetter(at_)) ++at_;
     const std::string_view number = text_.substr(begin, at_ - begin);
     const auto value = ReadSpiceNumber(number);
-    if (!value) return Fail(fmt::format("\"{}\" is no number", number));
+    if (!value) return Fail(fmt::format("\"{}\" is not a number", number));
     formula_ += fmt::format("{:.17g}", *value);
     return absl::OkStatus();
   }

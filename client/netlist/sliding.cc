@@ -9,13 +9,13 @@
 namespace dlcs::client {
 namespace {
 
-struct Stay {
+struct SlidingTime {
   double begin = 0, seconds = 0;
 };
 
-// When neither diode of `relay` conducts.
-Stay BetweenOf(const Relay& relay, double end, const v1::Summary& summary) {
-  Stay stay;
+// The total time at which neither diode of `relay` conducts.
+SlidingTime BetweenOf(const Relay& relay, double end, const v1::Summary& summary) {
+  SlidingTime sliding;
   std::set<int> active;
   const auto conducts = [&](const Relay::OneWay& one) {
     return active.contains(static_cast<int>(one.pair)) == one.conducts_active;
@@ -26,11 +26,11 @@ Stay BetweenOf(const Relay& relay, double end, const v1::Summary& summary) {
     for (const int pair : switching.leaving()) active.erase(pair);
     if (switching.kind() == v1::SWITCHING_KIND_COUPLED_STEPS_BEGIN) continue;  // active sets are not known there
     if (conducts(relay.low) || conducts(relay.high)) continue;
-    if (stay.seconds == 0) stay.begin = switching.time();
+    if (sliding.seconds == 0) sliding.begin = switching.time();
     const bool is_last = k + 1 == summary.switching_times_size();
-    stay.seconds += (is_last ? end : summary.switching_times(k + 1).time()) - switching.time();
+    sliding.seconds += (is_last ? end : summary.switching_times(k + 1).time()) - switching.time();
   }
-  return stay;
+  return sliding;
 }
 
 }  // namespace
@@ -39,10 +39,10 @@ void AddSlidingConcerns(const std::vector<Relay>& relays, double horizon, v1::Su
   constexpr double kRounding = 1e-9;  // of the horizon
   const double end = summary.has_failure_time() ? summary.failure_time() : horizon;
   v1::Verdict& verdict = *summary.mutable_verdict();
-  std::set<std::string> said;  // an expression may be made of several relays
+  std::set<std::string> reported;  // an expression may be made of several relays
   for (const Relay& relay : relays) {
-    const Stay stay = BetweenOf(relay, end, summary);
-    if (!(stay.seconds > kRounding * horizon) || !said.insert(relay.element).second) continue;
+    const SlidingTime sliding = BetweenOf(relay, end, summary);
+    if (!(sliding.seconds > kRounding * horizon) || !reported.insert(relay.element).second) continue;
     const char* const advice =
         relay.has_hysteresis ? "Its hysteresis does not allow that: what it does acts on its control at once, and "
                                "the result is not that of the circuit. A delay in the control makes it switch."
@@ -50,7 +50,7 @@ void AddSlidingConcerns(const std::vector<Relay>& relays, double horizon, v1::Su
     verdict.add_concerns(fmt::format(
         "{} slides from t = {:.6g} on, for {:.3g} s in all: it rests between {}, with its control at the threshold, as "
         "if it switched infinitely often. {}",
-        relay.element, stay.begin, stay.seconds, relay.is_switch ? "open and closed" : "its two values", advice));
+        relay.element, sliding.begin, sliding.seconds, relay.is_switch ? "open and closed" : "its two values", advice));
     if (relay.has_hysteresis) verdict.set_success(false);
     // Some readers see the first line alone.
     if (verdict.kind() == v1::VERDICT_KIND_NOT_SOLVED) continue;

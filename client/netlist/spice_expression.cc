@@ -278,7 +278,7 @@ class ExpressionReader {
     }
     if (IsSpiceDigit(first) || first == '.') {
       const auto [value, length] = LeadingSpiceNumber(text_.substr(at_));
-      if (length == 0) return Fail(fmt::format("\"{}\" is no number", Rest()));
+      if (length == 0) return Fail(fmt::format("\"{}\" is not a number", Rest()));
       at_ += length;
       return {value};
     }
@@ -312,7 +312,7 @@ class ExpressionReader {
     }
     const std::string shown(text_.substr(at_ - name.size(), name.size()));
     at_ -= name.size();
-    return Fail(fmt::format("\"{}\" is no parameter", shown));
+    return Fail(fmt::format("\"{}\" is not a parameter", shown));
   }
 
   // V(a), V(a,b) or I(name), as it is written.
@@ -375,7 +375,7 @@ class ExpressionReader {
       if (const auto text = FormulaOfCall(name, arguments)) return OfTime(*text);
     }
     const SpiceFunction* const function = FindSpiceFunction(name);
-    if (function == nullptr) return Fail(fmt::format("\"{}\" is no function", name));
+    if (function == nullptr) return Fail(fmt::format("\"{}\" is not a function", name));
     if (arguments.size() < function->least || arguments.size() > function->most) {
       return Fail(fmt::format("{} takes {} argument{}, not {}", name, function->least, function->least == 1 ? "" : "s",
                               arguments.size()));

@@ -18,7 +18,7 @@ struct SpiceFunction {
   double (*of)(const std::vector<double>&);
 };
 
-// Null if there is no function with this name, which is in small letters.
+// Null if there is not a function with this name, which is in small letters.
 const SpiceFunction* FindSpiceFunction(const std::string& name);
 
 // The function as a formula in t (core/problem/formula.h), for arguments without voltages and currents. Empty if the

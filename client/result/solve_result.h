@@ -50,7 +50,7 @@ class ResultCollector {
   // The same where `states` and `constraints` are known.
   ResultCollector(std::size_t states, std::size_t constraints, DisplayNames names, bool keep_trajectory = true);
 
-  // From now on chunks have times and no components: these are elsewhere.
+  // From now on chunks have times but no components, which are in other processes.
   void ExpectTimesAlone() { result_.states = result_.constraints = 0; }
 
   void Add(const v1::SolveEvent& event);

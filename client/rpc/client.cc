@@ -17,9 +17,9 @@ namespace dlcs::client {
 namespace {
 
 // Time limit for cleaning up after a result, so that the caller does not wait long.
-CallLimits Briefly() { return {.deadline = std::chrono::seconds(5), .stop = {}}; }
+CallLimits CleanupLimits() { return {.deadline = std::chrono::seconds(5), .stop = {}}; }
 
-// `limits` for a call that is stopped by a Stopping instead.
+// `limits` without the stop token, for a call that a StopOnRequest stops.
 CallLimits WithoutStop(CallLimits limits) {
   limits.stop = {};
   return limits;
@@ -27,9 +27,9 @@ CallLimits WithoutStop(CallLimits limits) {
 
 // Ends `stream` when a stop is requested: by StopSolve, which delivers the part solved so far, if the call is a solve
 // on the server; otherwise by cancelling the call.
-class Stopping {
+class StopOnRequest {
  public:
-  Stopping(v1::SolverService::Stub& stub, const Connection& connection, Call& stream, const std::stop_token& stop)
+  StopOnRequest(v1::SolverService::Stub& stub, const Connection& connection, Call& stream, const std::stop_token& stop)
       : stub_(stub), connection_(connection), stream_(stream), on_stop_(stop, [this] { Stop(); }) {}
 
   // The id of the call for StopSolve.
@@ -45,7 +45,7 @@ class Stopping {
       const std::lock_guard lock(mutex_);
       request.set_solve_id(solve_id_);
     }
-    Call call(connection_, Briefly());
+    Call call(connection_, CleanupLimits());
     v1::StopSolveResponse response;
     const bool asked = !request.solve_id().empty() && stub_.StopSolve(call.context(), request, &response).ok();
     if (!asked) stream_.context()->TryCancel();
@@ -83,7 +83,7 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
   absl::Status status;
   {
     Call call(connection_, WithoutStop(limits));
-    Stopping stopping(*stub_, connection_, call, limits.stop);
+    StopOnRequest stopping(*stub_, connection_, call, limits.stop);
     const auto reader = stub_->Solve(call.context(), request);
     for (v1::SolveEvent event; reader->Read(&event);) {
       connection_.NoteAnswer();
@@ -103,7 +103,7 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
     }
   }
   const bool stopped = limits.stop.stop_requested() && !solve.job().empty() && !collector.has_summary();
-  if (stopped && jobs_.Cancel(solve.job(), Briefly()).ok()) {
+  if (stopped && jobs_.Cancel(solve.job(), CleanupLimits()).ok()) {
     // The part solved until it stopped, some milliseconds later.
     CallLimits left = limits;
     left.deadline = limits.deadline - seconds();
@@ -111,14 +111,14 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
     const absl::Status read = solve.Resume(jobs_, left);
     if (!read.ok()) status = absl::CancelledError(read.message());
   }
-  // A summary is the last word, also where the deadline passes between it and the status.
+  // A summary is final, even if the deadline passes before the status arrives.
   if (status.ok() || collector.has_summary()) {
     absl::StatusOr<SolveResult> result = std::move(collector).Finish();
     if (!result.ok() || solve.job().empty()) return result;
     if (stopped) {
       result->job = solve.job();
     } else {
-      jobs_.Delete(solve.job(), Briefly()).IgnoreError();
+      jobs_.Delete(solve.job(), CleanupLimits()).IgnoreError();
     }
     return result;
   }
@@ -136,7 +136,7 @@ absl::StatusOr<v1::EnsembleSummary> Client::SolveEnsemble(const v1::SolveEnsembl
   const auto start = std::chrono::steady_clock::now();
   EnsembleCollector collector(request, on_member, limits.keep_trajectory);
   Call call(connection_, WithoutStop(limits));
-  Stopping stopping(*stub_, connection_, call, limits.stop);
+  StopOnRequest stopping(*stub_, connection_, call, limits.stop);
   const auto reader = stub_->SolveEnsemble(call.context(), request);
   for (v1::EnsembleEvent event; reader->Read(&event);) {
     if (event.has_accepted()) stopping.Accepted(event.accepted().solve_id());

@@ -68,7 +68,7 @@ absl::Status JobClient::Watch(const v1::WatchSolveJobRequest& request,
     const grpc::Status status = reader->Finish();
     if (finished) return grpc::Status::OK;
     if (!status.ok()) return status;
-    // Behind the last event there is nothing more to see.
+    // There are no events after the last one.
     if (rest.after_sequence() > 0) return grpc::Status::OK;
     return grpc::Status(grpc::StatusCode::DATA_LOSS, "the events of the job ended before the job did");
   });

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kPieceBytes = 512 << 10;
 
-// Until all is sent, or the server does not want more.
+// Sends `bytes` until the end, or until the server stops reading.
 void Send(const std::string& bytes, const std::string& sha256, grpc::ClientWriter<v1::UploadProblemRequest>& writer) {
   v1::UploadProblemRequest part;
   part.mutable_start()->set_bytes(static_cast<std::int64_t>(bytes.size()));

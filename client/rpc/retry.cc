@@ -74,7 +74,7 @@ std::string NewRequestId() {
 bool IsTransient(const grpc::Status& status) {
   switch (status.error_code()) {
     case grpc::StatusCode::UNAVAILABLE:
-    case grpc::StatusCode::CANCELLED:  // not by this end, which would not ask: by a server at its end
+    case grpc::StatusCode::CANCELLED:  // by a server that shuts down; a call that this client cancelled is not retried
       return true;
     case grpc::StatusCode::RESOURCE_EXHAUSTED:
       return RetryDelay(status).has_value();
@@ -92,7 +92,7 @@ namespace {
 std::string WhatHappened(const grpc::Status& status) {
   std::string said = status.error_message();
   if (said.empty() || status.error_code() == grpc::StatusCode::CANCELLED) return "the connection was lost";
-  if (said.starts_with("failed to connect")) return "no server answers (" + WhyNobodyAnswers(said) + ")";
+  if (said.starts_with("failed to connect")) return "no server answers (" + ConnectFailureReason(said) + ")";
   if (said.ends_with('.')) said.pop_back();
   return said;
 }

@@ -56,7 +56,7 @@ std::string NoAnswer(const std::string& address, const std::string& said) {
                        host);
   }
   const bool here = host == "localhost" || host == "[::1]" || host.starts_with("127.");
-  return fmt::format("no server answers at {} ({}). Check host and port{}", address, WhyNobodyAnswers(said),
+  return fmt::format("no server answers at {} ({}). Check host and port{}", address, ConnectFailureReason(said),
                      here ? ", or start one with: dlcsd --listen " + address : ", and that a dlcsd runs there");
 }
 
@@ -97,7 +97,7 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
 
 }  // namespace
 
-std::string WhyNobodyAnswers(const std::string& said) {
+std::string ConnectFailureReason(const std::string& said) {
   const std::size_t last = said.rfind(": ");
   return last == std::string::npos ? said : said.substr(last + 2);
 }

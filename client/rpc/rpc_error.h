@@ -23,8 +23,8 @@ google::rpc::BadRequest BadRequestOf(const absl::Status& status);
 // into the message; `address` is the server's, for messages. A BadRequest becomes a BadRequestError().
 absl::Status DescribeRpcError(const grpc::Status& status, const std::string& address);
 
-// The reason why no server answers ("Connection refused"), extracted from the message of gRPC.
-std::string WhyNobodyAnswers(const std::string& said);
+// The reason why no server can be reached ("Connection refused"), extracted from the message of gRPC.
+std::string ConnectFailureReason(const std::string& said);
 
 }  // namespace dlcs::client
 

@@ -28,7 +28,7 @@ DLCS, EXAMPLES = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
 ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith("DLCS_")}
 ENVIRONMENT["XDG_CONFIG_HOME"] = "/nonexistent"
 
-# Every number that is not a whole one has digits that a float of 32 bits does not have.
+# Every number that is not an integer has digits that a 32-bit float cannot hold.
 SYSTEM = {
     "A": np.array([[-1.1, 0.3], [0.0, -2.0]]),
     "B": np.array([[1.0], [0.5]]),
@@ -199,7 +199,7 @@ class ArrayFilesTest(unittest.TestCase):
     # Problems.
 
     def save(self, kind, system):
-        """The system as other programs store it; the name of the file."""
+        """Writes the system as other programs store it. Returns the name of the file."""
         name = f"system-{kind}.{'npz' if kind.startswith('npz') else 'mat'}"
         path = self.folder / name
         if kind == "npz":
@@ -337,10 +337,10 @@ class ArrayFilesTest(unittest.TestCase):
         (self.folder / "new.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n")
         self.refused("new.mat", "is a MAT file of version 7.3; save it with -v7")
 
-    # Files that are meant to hurt.
+    # Malicious files.
 
     def refused_cheaply(self, name, words):
-        """In at most half a gigabyte of memory, of which the program itself takes some."""
+        """Runs with at most half a gigabyte of memory, a part of which the program itself needs."""
         done = run(
             "solve", name, "--quiet", folder=self.folder, timeout=60,
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30)),
@@ -364,7 +364,7 @@ class ArrayFilesTest(unittest.TestCase):
 
         archive("bomb.npz", zeros)
         self.refused_cheaply("bomb.npz", "unpacks, with what was read before it, to more than 268435456 bytes")
-        # The directory says that it is small.
+        # Its directory declares a small size.
         content = bytearray((self.folder / "bomb.npz").read_bytes())
         directory = content.rindex(b"PK\1\2")
         struct.pack_into("<I", content, directory + 24, 1000)

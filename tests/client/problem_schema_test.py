@@ -31,7 +31,7 @@ def passes(problem, schema=SCHEMA):
 
 
 def schema_of(content):
-    """The schema that says what a file is, None for what has none (paths, models)."""
+    """The schema of a file; None for files without one (paths, models)."""
     if content.get("kind") == "nonlinear":
         return NONLINEAR
     if "members" in content:

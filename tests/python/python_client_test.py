@@ -237,7 +237,7 @@ class OutputsTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "bad.cir"
             path.write_text("title\nR1 a 0 4k7\n.tran 1u 1m\n")
-            with self.assertRaisesRegex(dlcs.InvalidArgument, 'bad.cir:2:8: .*"4k7" is no number') as caught:
+            with self.assertRaisesRegex(dlcs.InvalidArgument, 'bad.cir:2:8: .*"4k7" is not a number') as caught:
                 dlcs.read_deck(path, dlcs=DLCS)
             self.assertEqual([violation.field for violation in caught.exception.violations], ["path"])
             with self.assertRaisesRegex(dlcs.InvalidArgument, "no-such-deck.cir"):

@@ -227,7 +227,7 @@ class EnsembleTest(unittest.TestCase):
 
     def test_each_call_says_what_reads_the_job(self):
         solve = self.client.submit(**DECAY, x0=[1])
-        with self.assertRaisesRegex(dlcs.FailedPrecondition, "is no ensemble"):
+        with self.assertRaisesRegex(dlcs.FailedPrecondition, "is not an ensemble"):
             self.client.ensemble(solve)
         name = self.client.submit_ensemble([[1]], **DECAY)
         with self.assertRaisesRegex(dlcs.FailedPrecondition, r"read it with ensemble\(\)"):

@@ -322,7 +322,7 @@ assert dlcs.solve(**DECAY).success
 
     def test_a_program_that_is_no_dlcsd_is_named(self):
         with tempfile.TemporaryDirectory() as folder:
-            for text, word in (("echo hello; sleep 600", "is no dlcsd"), ("echo >&2 broken; exit 3", "broken")):
+            for text, word in (("echo hello; sleep 600", "is not a dlcsd"), ("echo >&2 broken; exit 3", "broken")):
                 script = pathlib.Path(folder) / "dlcsd"
                 script.write_text(f"#!/bin/sh\n{text}\n")
                 script.chmod(0o700)

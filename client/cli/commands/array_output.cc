@@ -60,7 +60,7 @@ absl::Status WriteArrays(OutputFormat format, const ResultArrays& all, std::FILE
     case OutputFormat::kName:
       break;
   }
-  return absl::InternalError("is no format of any arrays");
+  return absl::InternalError("is not an array format");
 }
 
 absl::Status WithFile(const absl::Status& error, const std::string& path) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The formats in which programs for mathematics keep arrays, and which the ending of a file names.
+// Array formats of mathematical programs, and the formats that file endings stand for.
 
 #ifndef DLCS_CLIENT_CLI_COMMANDS_ARRAY_OUTPUT_H_
 #define DLCS_CLIENT_CLI_COMMANDS_ARRAY_OUTPUT_H_
@@ -28,7 +28,7 @@ std::optional<NamedFormat> FormatByEnding(const std::string& path);
 // Writes `result` to `out`, an empty file, in a `format` of arrays. Errors: as in client/cli/output/result_arrays.h.
 absl::Status WriteArrays(OutputFormat format, const std::string& title, const SolveResult& result, std::FILE* out);
 
-// The same of any arrays: .npz, HDF5 or .mat.
+// The same for any arrays: .npz, HDF5 or .mat.
 absl::Status WriteArrays(OutputFormat format, const ResultArrays& all, std::FILE* out);
 
 // `error` about the file at `path`: "cannot write FILE: ...".

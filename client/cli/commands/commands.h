@@ -20,7 +20,7 @@ namespace dlcs::client {
 // The default server of commands that cannot run in this process.
 inline constexpr const char* kDefaultServer = "localhost:50051";
 
-// From kNpy on for trajectories alone, in a file.
+// The formats from kNpy on are for trajectories only, and need a file.
 enum class OutputFormat { kTable, kJson, kCsv, kName, kNpy, kNpz, kHdf5, kMat, kRaw };
 
 struct SolveCommand {
@@ -61,7 +61,7 @@ struct LcpCommand {
 struct DcpCommand {
   std::string path;
   std::string check;  // file of a path whose certificate is computed; empty: solve
-  double step = 0;    // 0 takes the default of the service
+  double step = 0;    // 0: the default of the service
   ServerTarget server;
   OutputFormat format = OutputFormat::kTable;  // table or JSON
   double deadline_s = 60;
@@ -111,13 +111,13 @@ struct ContextCommand {
   ServerTarget server;
 };
 
-// Writes what starts workers: a script for sbatch, or a manifest of Kubernetes.
+// Writes a file that starts workers: a script for sbatch, or a manifest of Kubernetes.
 struct WorkersCommand {
   enum class Manager { kSlurm, kKubernetes };
   Manager manager = Manager::kSlurm;
-  std::string store;            // postgresql://...; empty: the secret has it
-  int count = 2;                // workers; for an autoscaler the fewest
-  int most = 20;                // of the autoscaler
+  std::string store;            // postgresql://...; empty: in the secret
+  int count = 2;                // workers; the minimum of an autoscaler
+  int most = 20;                // maximum of an autoscaler
   int cpus = 4;                 // of each worker
   double memory_bytes = 8e9;    // of each worker
   double time_limit_s = 0;      // 0: the default of Slurm's script; no limit in Kubernetes

@@ -40,7 +40,7 @@ extern "C" void OnInterrupt(int number) {
   errno = error;
 }
 
-// Ctrl-Z: nothing of the progress stays on the screen while the shell has it. Then what would happen without a handler.
+// Ctrl-Z: erases the progress display before the shell gets the screen. Then does what happens without a handler.
 extern "C" void OnSuspend(int number) {
   const int error = errno;
   EraseProgressInSignalHandler();

@@ -12,7 +12,7 @@ namespace dlcs::client {
 // While it lives, the first SIGINT or SIGTERM requests the stop, and the second one ends the process at once with the
 // exit code of a killed program, 128 plus the number of the signal. A signal that was ignored when the program started
 // (by the shell's `&` or nohup) stays ignored. Works whichever thread receives the signal. Before the second signal
-// ends the process, and before Ctrl-Z stops it, what is drawn of the progress is erased. One object at a time.
+// ends the process, and before Ctrl-Z stops it, the progress display is erased. One object at a time.
 class Interrupt {
  public:
   Interrupt();

@@ -67,10 +67,10 @@ absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const S
     if (absl::Status read = input.ReadDeckText({}); !read.ok()) return read;
     return input;
   }
-  absl::StatusOr<ProblemFile> file = ParseProblem(*text, SourceName(path), SayTheSame, matrix_files);
+  absl::StatusOr<ProblemFile> file = ParseProblem(*text, SourceName(path), AreSameFunction, matrix_files);
   if (!file.ok()) return file.status();
   if (file->nonlinear && rule) {
-    return absl::InvalidArgumentError("--rule: a nonlinear problem takes the rule that its g implies");
+    return absl::InvalidArgumentError("--rule: a nonlinear problem has the rule that its g implies");
   }
   if (rule) file->problem.set_rule(*rule);
   input.file_ = *std::move(file);

@@ -23,9 +23,9 @@ namespace dlcs::client {
 
 class ProblemInput {
  public:
-  // Reads the problem file or SPICE deck at `path`, `-` for standard input. A deck is known by its ending or
-  // its content. A `path` of the form problems/ and 64 characters of 0-9a-f is the name of an uploaded problem, for
-  // which FetchUploaded() asks the server. `rule`, if given, overrides that of the file; `matrix_files` is that of
+  // Reads the problem file or SPICE deck at `path`, `-` for standard input. A deck is recognized by its ending or its
+  // content. A `path` of the form problems/ and 64 characters of 0-9a-f is the name of an uploaded problem, for which
+  // FetchUploaded() asks the server. `rule`, if given, overrides that of the file; `matrix_files` is that of
   // ParseProblem(). Errors: InvalidArgument as ReadProblemFile() and ReadNetlist(), for a name without a server, and
   // for a rule that cannot be overridden.
   static absl::StatusOr<ProblemInput> Read(const std::string& path, const ServerTarget& server,

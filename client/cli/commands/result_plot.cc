@@ -190,7 +190,7 @@ absl::StatusOr<std::vector<Panel>> ChosenPanels(const std::vector<Panel>& all, c
     }
     if (!found) {
       return absl::InvalidArgumentError(
-          fmt::format("--show: \"{}\" is no component of the result{}; x, y and w alone mean all of them", name,
+          fmt::format("--show: \"{}\" is not a component of the result{}; x, y and w alone mean all of them", name,
                       DidYouMean(NearestName(name, known))));
     }
   }

@@ -17,7 +17,7 @@ using namespace std::string_view_literals;
 constexpr int kWarning_s = 60;
 constexpr double kIdleUnderSlurm_s = 60;
 constexpr double kTimeLimitUnderSlurm_s = 12 * 3600;
-// What waits may take the workers so long before more of them are wanted.
+// The autoscaler adds workers if the queued work would take the present ones longer than this.
 constexpr int kWantedWait_s = 600;
 
 std::string QuotedForShell(const std::string& text) {

@@ -104,8 +104,8 @@ std::string WithoutControlCharacters(std::string text) {
 namespace {
 
 // The only name in `found`, or an error if there is none or more than one.
-absl::StatusOr<std::string> TheOne(const std::string& typed, const char* what, const char* list,
-                                   const std::vector<std::pair<std::string, std::string>>& found) {
+absl::StatusOr<std::string> OnlyMatch(const std::string& typed, const char* what, const char* list,
+                                      const std::vector<std::pair<std::string, std::string>>& found) {
   constexpr std::size_t kMaxShown = 5;
   if (found.size() == 1) return found.front().first;
   if (found.empty()) {
@@ -139,7 +139,7 @@ absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed,
   for (const v1::SolveJob& job : *jobs) {
     if (job.name().starts_with(name)) found.emplace_back(job.name(), WithoutControlCharacters(job.title()));
   }
-  return TheOne(typed, "job", "list", found);
+  return OnlyMatch(typed, "job", "list", found);
 }
 
 absl::StatusOr<JobOnServer> ConnectToJob(const JobTarget& target, const std::string& typed,
@@ -162,7 +162,7 @@ absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string
       found.emplace_back(problem.name(), WithoutControlCharacters(problem.title()));
     }
   }
-  return TheOne(typed, "problem", "problems", found);
+  return OnlyMatch(typed, "problem", "problems", found);
 }
 
 std::string TitleOf(const v1::SolveJob& job) {

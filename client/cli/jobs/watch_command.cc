@@ -45,7 +45,7 @@ class JobView {
       case v1::SolveEvent::kCheckpointed:
         if (members_ > 0) return ShowMembers(event.checkpointed());
         view_.OnReached(event.checkpointed().time());
-        if (terminal_) return;  // the panel says so
+        if (terminal_) return;  // the panel shows it
         return view_.OnText(fmt::format("stored up to t = {:.6g} ({:.0f} %)", event.checkpointed().time(),
                                         100 * event.checkpointed().progress()));
       case v1::SolveEvent::kGap:

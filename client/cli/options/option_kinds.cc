@@ -102,7 +102,7 @@ std::vector<double> ParseTimesOrFile(const std::string& text, const std::string&
   if (has_digits && text.find_first_not_of("0123456789.,+-eE ") == std::string::npos) return ParseTimes(text, option);
   const auto content = ReadTextFile(text);
   if (!content.ok() && text.find(',') != std::string::npos) {
-    // Meant as a list: that says which entry is none.
+    // Probably meant as a list: the error then names the wrong entry.
     return ParseTimes(text, option);
   }
   if (!content.ok()) {

@@ -105,7 +105,7 @@ void PrintConstantsWhole(const v1::AnalysisSection& section, Paragraphs& paper) 
   }
 }
 
-// Answers that do not follow from others, and in one line those that do.
+// Prints the answers that do not follow from others, and in one line those that do.
 void PrintAnswer(const v1::AnalysisSection& section, v1::Answer answer, std::size_t width, Paragraphs& paper) {
   std::vector<std::string> following;
   for (const v1::Finding& finding : section.findings()) {

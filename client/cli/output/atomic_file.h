@@ -15,8 +15,8 @@
 namespace dlcs::client {
 
 // Writes to a temporary file in the same folder, and renames it in one step. An existing file is kept until then. An
-// object that is destroyed without Commit() leaves no file. What exists and is no regular file (a pipe, a device) stays
-// what it is, and is written to directly, as it comes.
+// object that is destroyed without Commit() leaves no file. A pipe or a device at the path is not replaced, but written
+// to directly.
 class AtomicFile {
  public:
   // Errors: InvalidArgument if no file can be created at `path` (no such folder, no permission, a folder). Blocks until
@@ -29,7 +29,7 @@ class AtomicFile {
 
   std::FILE* stream() { return stream_; }
   const std::string& path() const { return path_; }
-  // Where the content is until Commit(), for whoever writes to it beside stream().
+  // The path of the content until Commit(), for code that writes to it without stream().
   const std::string& written_path() const { return is_direct() ? path_ : temporary_; }
 
   // Errors: Internal if the content could not be written (disk full); then an existing file is unchanged.
@@ -43,8 +43,8 @@ class AtomicFile {
   bool is_direct() const { return temporary_.empty(); }
 
   std::string path_;
-  std::string temporary_;  // empty once committed, and of what is written to directly
-  std::FILE* stream_;      // null once committed
+  std::string temporary_;  // empty after Commit(), and for pipes and devices
+  std::FILE* stream_;      // null after Commit()
 };
 
 // "" and "-".

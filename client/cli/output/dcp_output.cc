@@ -85,7 +85,7 @@ DcpVerdict VerdictOf(const v1::SolveDcpRequest& request, const v1::SolveDcpRespo
         Defect{"w goes below 0 by", -c.least_w(), w, 1e-6},
         Defect{"an integral of w_i dv_i is", c.complementarity(), v * w, 0.01}}) {
     if (!(defect.relative() <= defect.allowed)) {
-      return {false, fmt::format("the path is no solution: {} {:.2g}, {:.2g} of its size; at most {:g} is allowed",
+      return {false, fmt::format("the path is not a solution: {} {:.2g}, {:.2g} of its size; at most {:g} is allowed",
                                  defect.name, defect.value, defect.relative(), defect.allowed)};
     }
     largest = std::max(largest, defect.relative());

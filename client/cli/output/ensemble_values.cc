@@ -232,8 +232,8 @@ void EnsembleValues::PrintTable(const std::string& title, int width, std::FILE* 
   for (const v1::MemberFailure& failure : failures) {
     paper.Print(fmt::format("Member {}: ", failure.member()), failure.message());
   }
-  const std::int64_t untold = counts_.failed() - static_cast<std::int64_t>(failures.size());
-  if (untold > 0) fmt::print(out, "and {} more failed\n", untold);
+  const std::int64_t not_shown = counts_.failed() - static_cast<std::int64_t>(failures.size());
+  if (not_shown > 0) fmt::print(out, "and {} more failed\n", not_shown);
 }
 
 ResultArrays EnsembleValues::Arrays(const v1::SolveJob& job) const {

@@ -15,7 +15,7 @@ enum ExitCode : int {
   kNoAnswer = 1,
   kBadInput = 2,       // a file, an option or the problem breaks a rule
   kServiceFailed = 3,  // the service failed, or the solve was cancelled on the server or timed out
-  kInterrupted = 130,  // 128 + SIGINT, as shells have it: Ctrl-C
+  kInterrupted = 130,  // 128 + SIGINT, as in shells: Ctrl-C
   kTerminated = 143,   // 128 + SIGTERM
 };
 

@@ -11,7 +11,7 @@
 
 namespace dlcs::client {
 
-// A sentence with the names of the pairs that switched last, for a solve that did not get on: those that switch again
+// A sentence with the names of the pairs that switched last, for a solve that made no progress: those that switch again
 // and again without a break point between, or those of its last switching. Empty for others, and where the last
 // switching times are not listed.
 std::string AboutLastSwitchings(const v1::Summary& summary, const DisplayNames& names);

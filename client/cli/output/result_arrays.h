@@ -46,7 +46,7 @@ struct ResultArrays {
   };
   std::vector<Names> names;
   std::string summary;
-  std::vector<double> switching_times, left_times, left_y, left_w, left_outputs;  // what some of `arrays` show
+  std::vector<double> switching_times, left_times, left_y, left_w, left_outputs;  // the values of some of `arrays`
 };
 
 // Whether there is a w, or would be if there were a time.

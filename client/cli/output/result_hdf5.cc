@@ -93,21 +93,21 @@ bool WriteAttribute(hid_t file, const char* name, const std::string& text) {
   return attribute >= 0 && H5Awrite(attribute, type, &data) >= 0;
 }
 
-// The content of the file, built in memory: a disk that is full, or one that cannot lock files, is then met where all
-// formats meet it.
+// Writes the content of the file, which was built in memory, so that a full disk is reported as for the other formats,
+// and no file locks are needed.
 absl::Status WriteImage(hid_t file, std::FILE* out) {
-  if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) return absl::InternalError("cannot make an HDF5 file");
+  if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) return absl::InternalError("cannot create an HDF5 file");
   const ssize_t size = H5Fget_file_image(file, nullptr, 0);
-  if (size < 0) return absl::InternalError("cannot make an HDF5 file");
+  if (size < 0) return absl::InternalError("cannot create an HDF5 file");
   std::string image(static_cast<std::size_t>(size), '\0');
   if (H5Fget_file_image(file, image.data(), image.size()) != size) {
-    return absl::InternalError("cannot make an HDF5 file");
+    return absl::InternalError("cannot create an HDF5 file");
   }
   std::fwrite(image.data(), 1, image.size(), out);
-  return absl::OkStatus();  // whoever flushes `out` sees what was lost
+  return absl::OkStatus();  // errors of `out` are reported when it is flushed
 }
 
-// Adds to `places` where the values of each array begin that has only room.
+// Adds to `places` where the values of each array without values begin.
 bool WriteContents(hid_t file, const ResultArrays& all, std::map<std::string, std::uint64_t>& places) {
   bool written = file >= 0;
   for (const ResultArray& array : all.arrays) {
@@ -132,7 +132,7 @@ absl::StatusOr<std::map<std::string, std::uint64_t>> WriteHdf5WithRoom(const Res
   const Hdf5Object file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
   std::map<std::string, std::uint64_t> places;
   if (!WriteContents(file, all, places) || H5Fflush(file, H5F_SCOPE_GLOBAL) < 0)
-    return absl::InternalError("cannot make an HDF5 file");
+    return absl::InternalError("cannot create an HDF5 file");
   return places;
 }
 
@@ -143,7 +143,7 @@ absl::Status WriteHdf5(const ResultArrays& all, std::FILE* out) {
   H5Pset_fapl_core(access, kGrowth, /*backing_store=*/0);
   const Hdf5Object file(H5Fcreate("in memory", H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
   std::map<std::string, std::uint64_t> places;  // none: all values are here
-  if (!WriteContents(file, all, places)) return absl::InternalError("cannot make an HDF5 file");
+  if (!WriteContents(file, all, places)) return absl::InternalError("cannot create an HDF5 file");
   return WriteImage(file, out);
 }
 

@@ -139,7 +139,7 @@ absl::Status WriteMat(const ResultArrays& all, std::FILE* out) {
   for (const auto& [name, names] : all.names) texts += NamesArray(name, names);
   texts += TextArray("summary", all.summary);
   std::fwrite(texts.data(), 1, texts.size(), out);
-  return absl::OkStatus();  // whoever flushes `out` sees what was lost
+  return absl::OkStatus();  // errors of `out` are reported when it is flushed
 }
 
 }  // namespace dlcs::client

@@ -113,8 +113,8 @@ class ZipWriter {
     zip_source_t* source = zip_source_buffer_fragment(archive_, parts.data(), count, /*freep=*/0);
     const zip_int64_t index = source != nullptr ? zip_file_add(archive_, name.c_str(), source, ZIP_FL_ENC_UTF_8) : -1;
     if (index < 0 && source != nullptr) zip_source_free(source);
-    // Stored as it is: doubles hardly pack, and programs can map such files.
-    // And with the first day that zip knows: the same result is the same file.
+    // Stored without compression: doubles hardly compress, and programs can map such files into memory. And with the
+    // first day that zip knows: the same result is the same file.
     constexpr zip_uint16_t kFirstDay = 1 << 5 | 1;
     const auto member = static_cast<zip_uint64_t>(index);
     failed_ = index < 0 || zip_set_file_compression(archive_, member, ZIP_CM_STORE, 0) != 0 ||
@@ -173,7 +173,7 @@ absl::Status WriteNpy(const SolveResult& result, std::FILE* out) {
     WriteNumbers(result.y_at(k), out);
     WriteNumbers(result.w_at(k), out);
   }
-  return absl::OkStatus();  // whoever flushes `out` sees what was lost
+  return absl::OkStatus();  // errors of `out` are reported when it is flushed
 }
 
 absl::Status WriteNpz(const ResultArrays& all, std::FILE* out) {

@@ -67,7 +67,7 @@ absl::Status WriteRaw(const std::string& title, const SolveResult& result, std::
     write(result.y_at(k));
     write(result.w_at(k));
   }
-  return absl::OkStatus();  // whoever flushes `out` sees what was lost
+  return absl::OkStatus();  // errors of `out` are reported when it is flushed
 }
 
 }  // namespace dlcs::client

@@ -242,7 +242,7 @@ void PrintMemory(const v1::Cost& cost, std::FILE* out) {
 
 // Counts and times: "...; 0.01 s (...)". Counts of 0 windows are left out.
 void PrintCost(const v1::Cost& cost, int width, std::FILE* out) {
-  if (cost.lcps() == 0) {  // ended before its first step, or without telling
+  if (cost.lcps() == 0) {  // ended before its first step, or without a count
     fmt::print(out, "\n{:.2g} s\n", cost.seconds_total());
     return;
   }

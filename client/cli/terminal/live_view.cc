@@ -19,7 +19,7 @@ constexpr double kBurst = 60;
 constexpr double kLinesPerSecondOnTerminal = 4;
 constexpr double kLinesPerSecondInLog = 0.5;
 // Lines while one window takes long, or for a method without iterates.
-constexpr double kSignsPerSecondOnTerminal = 1;
+constexpr double kProgressLinesPerSecondOnTerminal = 1;
 constexpr double kSignsPerSecondInLog = 0.2;
 
 constexpr const char* kRowFormat = "{:>8}  {:>12}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}";
@@ -45,12 +45,12 @@ LiveView::LiveView(std::FILE* out, const Settings& settings)
     : out_(out),
       settings_(settings),
       lines_(kBurst, settings.terminal ? kLinesPerSecondOnTerminal : kLinesPerSecondInLog),
-      signs_of_life_(1, settings.terminal ? kSignsPerSecondOnTerminal : kSignsPerSecondInLog),
+      progress_lines_(1, settings.terminal ? kProgressLinesPerSecondOnTerminal : kSignsPerSecondInLog),
       panel_({.horizon = settings.horizon,
               .estimates = settings.estimates,
               .color = settings.color,
               .utf8 = settings.utf8}) {
-  signs_of_life_.Take(LineBudget::Clock::now());  // the first one is due after a while, not at once
+  progress_lines_.Take(LineBudget::Clock::now());  // the first one is due after a while, not at once
   if (!settings.terminal) return;
   ticker_ = std::make_unique<Ticker>(out, settings.width, [this](int width) { return panel_.Text(width); });
 }
@@ -110,14 +110,14 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
 
 void LiveView::OnIterate(const v1::Iterate& iterate) {
   const auto now = LineBudget::Clock::now();
-  if (settings_.terminal && !settings_.verbose) return;  // the panel says so
+  if (settings_.terminal && !settings_.verbose) return;  // the panel shows it
   if (!condensed_ && lines_.Take(now)) return PrintIterate(iterate, window_);
   if (!condensed_) PrintLine(fmt::format("{:>8}  from here on only the last iterate of some windows", "..."));
   condensed_ = true;
   hidden_iterate_ = iterate;
   hidden_window_ = window_;
   ++passed_over_;
-  if (signs_of_life_.Take(now)) PrintHiddenIterate();
+  if (progress_lines_.Take(now)) PrintHiddenIterate();
 }
 
 void LiveView::PrintHiddenIterate() {
@@ -147,7 +147,7 @@ void LiveView::OnWindowFinished(const v1::WindowFinished& outcome) {
   }
   if (condensed_ && hidden_iterate_.iteration() > 0) {
     if (lines_.Take(now)) PrintHiddenIterate();
-  } else if (!settings_.terminal && outcome.iterations() == 0 && signs_of_life_.Take(now)) {
+  } else if (!settings_.terminal && outcome.iterations() == 0 && progress_lines_.Take(now)) {
     PrintLine(fmt::format("t = {:.4g} of {:.4g}", panel_.reached(), settings_.horizon));
   }
 }

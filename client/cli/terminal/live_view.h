@@ -76,7 +76,7 @@ class LiveView {
   std::FILE* out_;
   Settings settings_;
   LineBudget lines_;
-  LineBudget signs_of_life_;  // for lines while condensed, or without a panel
+  LineBudget progress_lines_;  // for lines while condensed, or without a panel
   SolvePanel panel_;
   v1::WindowStarted window_;
   v1::Iterate hidden_iterate_;       // the last one, when it was not shown

@@ -20,8 +20,8 @@ namespace dlcs::client {
 // is not a terminal. Lines are cut to the width, and as many are shown as fit into the height. `draw` is called from
 // another thread.
 //
-// The cursor stays visible, so that no way to die can leave a terminal without one. It waits at the first line of
-// several: from there all can be removed, whether or not the terminal has wrapped them anew since it was resized.
+// The cursor stays visible, so that a crash cannot leave a terminal without one. It waits at the first line of several:
+// from there all can be removed, whether or not the terminal has wrapped them anew since it was resized.
 class Ticker {
  public:
   Ticker(std::FILE* out, int width, std::function<std::string(int)> draw);

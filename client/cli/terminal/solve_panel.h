@@ -16,7 +16,7 @@
 
 namespace dlcs::client {
 
-// The changes of the iterates of one window, and their bounds, at most some thousands of them: of more every second,
+// The changes of the iterates of one window, and their bounds. Keeps at most some thousands; of more, every second,
 // fourth, ... one.
 class ChangeHistory {
  public:

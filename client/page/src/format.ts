@@ -63,7 +63,7 @@ export function bytes(n: number | bigint): string {
   return '';
 }
 
-/** The time that is left at the present speed; nothing before there is a speed to tell it from. */
+/** The remaining time at the present speed; empty while the speed is unknown. */
 export function timeLeft(elapsed: number, progress: number): string {
   if (elapsed < 1 || progress < 0.02 || progress >= 1) return '';
   return `about ${duration((elapsed * (1 - progress)) / progress)} left`;

@@ -58,8 +58,8 @@ export function canCancel(state: JobState): boolean {
   return !hasEnded(state) && state !== JobState.CANCELLING;
 }
 
-/** How a job stands, in a word or two: its state, or why its answer is of no use; and the state that it looks like. */
-export function standOf({state, summary, ensemble}: SolveJob): {text: string; look: string} {
+/** The status of a job in a word or two: its state, or why its result is of no use; and the state whose look it has. */
+export function statusOf({state, summary, ensemble}: SolveJob): {text: string; look: string} {
   const look = stateWord(state);
   if (state !== JobState.SUCCEEDED) return {text: look, look};
   const failed = ensemble?.counts?.failed ?? 0n;

@@ -44,7 +44,7 @@ SolveCommand Solve(std::vector<const char*> arguments) {
   return command == nullptr ? SolveCommand{} : *command;
 }
 
-// What a refused command line says; the exit code is checked here.
+// The error of a refused command line. Checks the exit code.
 std::string Refused(const std::vector<const char*>& arguments) {
   const Outcome outcome = Parse(arguments);
   const auto* code = std::get_if<ExitCode>(&outcome.parsed);
@@ -257,7 +257,7 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
   EXPECT_THAT(Refused({"solve", "p.json", "--stesp", "3"}), HasSubstr("did you mean --steps?"));
   EXPECT_THAT(Refused({"slove", "p.json"}), HasSubstr("did you mean solve?"));
   const std::string file = dlcs::testing::ExamplePath("rectifier");
-  EXPECT_THAT(Refused({file.c_str()}), HasSubstr("is a file and no command; did you mean dlcs solve " + file + "?"));
+  EXPECT_THAT(Refused({file.c_str()}), HasSubstr("is a file, not a command; did you mean dlcs solve " + file + "?"));
 }
 
 TEST(CommandLineTest, NamesAnUnknownOptionBeforeWhatIsMissing) {

@@ -68,7 +68,7 @@ TEST(DlcsLcpTest, AScriptSeesWhetherAPathSolvesADcp) {
   const std::string zero = R"(echo '{"times": [0, 1], "values": [[0, 0, 0], [0, 0, 0]]}' | )";
   const ProgramOutcome wrong = RunDlcs(example + "-", zero);
   EXPECT_EQ(wrong.code, 1) << wrong.err;
-  EXPECT_THAT(wrong.out, AllOf(HasSubstr("NOT SOLVED: the path is no solution: w goes below 0 by 1, 1 of its size"),
+  EXPECT_THAT(wrong.out, AllOf(HasSubstr("NOT SOLVED: the path is not a solution: w goes below 0 by 1, 1 of its size"),
                                HasSubstr("Certificate")));
   EXPECT_EQ(RunDlcs(example + "- --format json", zero).code, 1);
 }

@@ -40,7 +40,7 @@ class ManPageTest : public ::testing::Test {
 
 TEST_F(ManPageTest, IsRoffWithoutAComplaint) {
   EXPECT_EQ(PrintedBy("groff -man -Tutf8 -ww -z '" + page_ + "' 2>&1"), "");
-  // It has no date, which would be another one for each build.
+  // It has no date, which would differ between builds.
   EXPECT_EQ(PrintedBy("mandoc -Tlint -Wwarning '" + page_ + "' 2>&1 | sed '/missing date/d'"), "");
 }
 

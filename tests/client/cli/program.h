@@ -13,8 +13,8 @@ struct ProgramOutcome {
   int code = -1;  // exit code; 128 and more when a signal ended it
   std::string out;
   std::string err;
-  // The most memory that the program had in use, or one in front of it in the prefix. Linux counts in what this process
-  // had in use when it started them.
+  // The peak memory of the program, or of one in the prefix. Linux includes the memory that this process used when it
+  // started them.
   std::int64_t peak_bytes = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A `dlcs` that runs beside the test, to be sent signals, or that has a terminal.
+// A `dlcs` that runs while the test does, which can send it signals or give it a terminal.
 
 #ifndef DLCS_TESTS_CLIENT_CLI_RUNNING_PROGRAM_H_
 #define DLCS_TESTS_CLIENT_CLI_RUNNING_PROGRAM_H_
@@ -14,7 +14,7 @@
 
 namespace dlcs::client {
 
-// OpenBLAS stands in for LAPACK in it, whose thread is there before main() and takes signals like any other.
+// It uses OpenBLAS as LAPACK, whose thread exists before main() and receives signals like any other.
 class RunningProgram {
  public:
   struct Settings {
@@ -30,23 +30,23 @@ class RunningProgram {
   RunningProgram(const RunningProgram&) = delete;
   RunningProgram& operator=(const RunningProgram&) = delete;
 
-  // Returns when it has printed `text` on standard error, or on the terminal. Fails the test where it ends before.
+  // Returns when it has printed `text` on standard error, or on the terminal. Fails the test if it ends before.
   void AwaitErrorText(const std::string& text);
   bool HasLoaded(const std::string& library) const;
-  // All at once, as far as the program can see.
+  // Sends all signals at once, as far as the program can see.
   void Send(const std::vector<int>& signals);
-  // Gives its terminal another width.
+  // Changes the width of its terminal.
   void Resize(int columns) const;
-  // What it did, once it has ended. On a terminal everything is in `out`.
+  // Waits for the end, and returns the outcome. On a terminal all output is in `out`.
   ProgramOutcome Await();
 
  private:
-  // Takes what there is, and waits for it. False where there is nothing more to come.
+  // Waits for output and reads it. False at the end of the output.
   bool Read();
 
   pid_t pid_ = -1;
   bool ended_ = false;
-  int output_ = -1;  // the reading ends
+  int output_ = -1;  // the reading ends of the pipes
   int errors_ = -1;  // -1 with a terminal
   ProgramOutcome outcome_;
 };

@@ -74,7 +74,7 @@ TEST_F(SecureProgramTest, EveryCommandTakesTheOptions) {
   EXPECT_EQ(RunDlcs("health" + where).code, 0);
 }
 
-// What watches over servers has no token.
+// Health checks have no token.
 TEST_F(SecureProgramTest, HealthNeedsEncryptionAndNoToken) {
   for (const std::string service : {"", " --service dlcs.v1.JobService"}) {
     const ProgramOutcome serving = RunDlcs("health" + Server() + Ca() + service);

@@ -39,8 +39,8 @@ class TerminalTest : public ::testing::Test {
   const std::string problem_ = folder_.File("easy.json");
 };
 
-// What is on the screen in the end: letters of `text`, with the control sequences that a panel uses. Sets `widest` to
-// the number of letters of the longest line that was ever there.
+// The final screen after the output `text`, with the control sequences that a panel uses. Sets `widest` to the length
+// of the longest line that was ever shown.
 std::vector<std::string> ScreenAfter(const std::string& text, std::size_t& widest) {
   std::vector<std::string> lines(1);
   std::size_t row = 0, column = 0;

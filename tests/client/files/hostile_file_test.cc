@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problem files that are meant to hurt, given to the built `dlcs`: each is refused as bad input, with few words, soon,
-// and for no more memory than its own bytes take while they are read.
+// Malicious problem files, given to the built `dlcs`: each is refused as bad input, with a short message, quickly, and
+// without more memory than its own bytes need while they are read.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,8 @@ constexpr std::int64_t kOtherBytes = 100'000'000;
 
 class HostileFileTest : public ::testing::Test {
  protected:
-  // A file of `begin`, as many of `part` as make `bytes`, and `end`. It never stands in the memory of this process.
+  // A file of `begin`, repetitions of `part` up to `bytes`, and `end`. It is never in the memory of this process as a
+  // whole.
   std::string File(const std::string& begin, const std::string& part, std::int64_t bytes, const std::string& end) {
     std::ofstream file(path_, std::ios::trunc);
     file << begin;
@@ -106,7 +107,7 @@ TEST_F(HostileFileTest, LongTexts) {
   ExpectRefused("solve " + File(keys, R"("x": 1)", 1, "}"), "is not a known key", 1);
 }
 
-// A small file that asks for much.
+// A small file that describes a large matrix.
 TEST_F(HostileFileTest, ShapesThatNobodyCanHold) {
   const std::string most = "2147483647";
   const std::string square = R"({"rows": )" + most + R"(, "columns": )" + most + R"(, "entries": []})";

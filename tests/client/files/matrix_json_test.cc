@@ -88,7 +88,7 @@ TEST(MatrixJsonTest, NamesPlaceValueAndRule) {
        "must have as many of each"},
       {R"({"rows": 2, "columns": 2, "row_indices": [5], "column_indices": [0], "values": [1]})",
        "A.row_indices[0] is a number (5)"},
-      {R"({"rows": 2, "diagonals": {"up": 1}})", "\"up\" is no diagonal"},
+      {R"({"rows": 2, "diagonals": {"up": 1}})", "\"up\" is not a diagonal"},
       {R"({"rows": 2, "diagonals": {"2": 1}})", "lies outside the 2 x 2 matrix"},
       {R"({"rows": 3, "diagonals": {"1": [1, 2, 3]}})", "has 3 values; must have 2, or be one number"},
       {R"({"rows": 2000000000, "diagonals": {"0": 1}})", "makes more than"},
@@ -99,7 +99,7 @@ TEST(MatrixJsonTest, NamesPlaceValueAndRule) {
   };
   for (const auto& [text, rule] : cases) {
     std::string error;
-    Read(text, error);  // whatever it returns, the reader has refused
+    Read(text, error);  // the result does not matter: the reader has recorded an error
     EXPECT_THAT(error, HasSubstr(rule)) << text;
   }
 }

@@ -77,7 +77,7 @@ TEST(MatrixMarketTest, ReadsSomeOfTheLinesOfAFile) {
   const auto broken = ParseMarketLines("2 1\n3 4\n", 700, *head, "a.mtx", add);
   EXPECT_THAT(std::string(broken.status().message()), HasSubstr("a.mtx, line 701: 4, the column of an entry"));
   const auto split = ParseMarketLines("2\n1\n", 700, *head, "a.mtx", add);
-  EXPECT_THAT(std::string(split.status().message()), HasSubstr("line 700: an entry must stand on a line of its own"));
+  EXPECT_THAT(std::string(split.status().message()), HasSubstr("line 700: each entry must have a line of its own"));
 }
 
 TEST(MatrixMarketTest, NamesTheLineAndWhatIsWrong) {
@@ -88,16 +88,16 @@ TEST(MatrixMarketTest, NamesTheLineAndWhatIsWrong) {
       {"%%MatrixMarket matrix coordinate complex general\n", "line 1: the field is \"complex\""},
       {"%%MatrixMarket matrix coordinate real hermitian\n", "line 1: the symmetry is \"hermitian\""},
       {"%%MatrixMarket matrix array pattern general\n", "line 1: a pattern"},
-      {coordinate, "the file ends where the number of rows is due"},
+      {coordinate, "the file ends where the number of rows is expected"},
       {coordinate + "0 2 1\n", "line 2: 0, the number of rows; must be from 1"},
       {coordinate + "2 3000000000 1\n", "must be from 1 to 2147483647"},
       {coordinate + "2 2 -1\n", "line 2: -1 entries"},
       {coordinate + "2 2 1\n% note\n3 1 5\n", "line 4: 3, the row of an entry; must be from 1 to 2"},
       {coordinate + "2 2 1\n1 0 5\n", "line 3: 0, the column of an entry"},
-      {coordinate + "2 2 1\n1 1 x\n", "line 3: \"x\" stands where a value is due"},
+      {coordinate + "2 2 1\n1 1 x\n", "line 3: \"x\" where a value is expected"},
       {coordinate + "2 2 1\n1 1 nan\n", "every value must be finite"},
-      {coordinate + "2 2 1\n1.5 1 1\n", "\"1.5\" stands where the row of an entry is due"},
-      {coordinate + "2 2 2\n1 1 1\n", "the file ends where the row of an entry is due"},
+      {coordinate + "2 2 1\n1.5 1 1\n", "\"1.5\" where the row of an entry is expected"},
+      {coordinate + "2 2 2\n1 1 1\n", "the file ends where the row of an entry is expected"},
       {coordinate + "2 2 1\n1 1 1\n2 2 2\n", "line 4: \"2\" follows the last entry"},
       {"%%MatrixMarket matrix coordinate real symmetric\n2 3 0\n", "must be square"},
       {"%%MatrixMarket matrix coordinate real skew-symmetric\n2 2 1\n1 1 5\n", "on its diagonal"},

@@ -65,8 +65,8 @@ TEST(MembersFileTest, NamesMemberAndPlaceOfEveryMistake) {
   EXPECT_THAT(WhyNot(R"({"member": []})"), HasSubstr("\"members\""));
   EXPECT_THAT(WhyNot(R"({"members": 3})"), HasSubstr("must be a list of objects"));
   EXPECT_THAT(WhyNot(R"({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [0], "T": 1})"),
-              AllOf(HasSubstr("m.json: holds a system of differential equations"), HasSubstr("members are wanted here"),
-                    Not(HasSubstr("is not a known key"))));
+              AllOf(HasSubstr("m.json: holds a system of differential equations"),
+                    HasSubstr("members are expected here"), Not(HasSubstr("is not a known key"))));
   EXPECT_THAT(WhyNot(R"([{"name": "first"}])"), HasSubstr("\"name\" is not a known key in a member"));
   EXPECT_TRUE(ParseMembers(R"({"$schema": "members.schema.json", "members": [{}]})", "m.json", 2, 1).ok());
   EXPECT_THAT(WhyNot("[{]"), HasSubstr("m.json, line 1, column 3"));

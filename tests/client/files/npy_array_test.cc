@@ -116,8 +116,8 @@ TEST(NpyArrayTest, ReadsWhatItWrites) {
 TEST(NpyArrayTest, SaysWhatItDoesNotRead) {
   const std::string eight(8, '\0');
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"", "is no array of NumPy"},
-      {std::string(kNpyMagic), "is no array of NumPy"},
+      {"", "is not a NumPy array"},
+      {std::string(kNpyMagic), "is not a NumPy array"},
       {NpyText("", "", 9), "is of version 9"},
       {std::string(kNpyMagic) + std::string("\1\0", 2), "ends in its header"},
       {NpyText(NpyDict("<f8", "(1,)"), eight).substr(0, 30), "ends in its header"},

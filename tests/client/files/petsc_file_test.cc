@@ -101,7 +101,7 @@ TEST(PetscFileTest, RefusesWhatIsDamagedOrOfAnotherKind) {
   EXPECT_THAT(PetscRefusalOf(BigWords({1211216, 0, 2, 0})), HasSubstr("is of 0 x 2"));
   EXPECT_THAT(PetscRefusalOf(BigWords({1211216, 1, 1, 0xffffffff}) + BigDoubles({1})), HasSubstr("dense matrix"));
   EXPECT_THAT(PetscRefusalOf(BigWords({0, 1211216, 0, 3, 0, 3, 0, 3})), HasSubstr("64 bits"));
-  EXPECT_THAT(PetscRefusalOf("PK"), HasSubstr("no matrix or vector"));
+  EXPECT_THAT(PetscRefusalOf("PK"), HasSubstr("not a PETSc matrix or vector"));
   ReadingBudget little(8);
   EXPECT_FALSE(ParsePetsc(whole, little).ok());
 }

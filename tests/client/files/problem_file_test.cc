@@ -19,7 +19,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// A sound file with two states and one pair; `changes` are merged into it, null removes a key.
+// A valid file with two states and one pair; `changes` are merged into it, null removes a key.
 std::string Example(const nlohmann::json& changes = nlohmann::json::object()) {
   nlohmann::json root = nlohmann::json::parse(R"json({
     "A": [[-1, 0.5], [0, -2]], "B": [[1], [2]], "N": [[3, 4]], "M": [[5]],
@@ -180,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(
                std::string("\x7f"
                            "ELF\2\1\1\0",
                            8),
-               {"p.json: is a program", "JSON in UTF-8 is wanted"}},
+               {"p.json: is a program", "JSON in UTF-8 is expected"}},
         Broken{"Gzip", "\x1f\x8b\x08 and so on", {"compressed by gzip"}},
         Broken{"OtherBytes", std::string("{\"T\": \0 1}", 11), {"is a binary file (byte 7 is zero)"}},
         Broken{"AZeroBehindTheEnd", Example() + std::string("\0 7", 3), {"is a binary file (byte 108 is zero)"}},
@@ -203,7 +203,7 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"KindNear",
                Example({{"kind", "nonlinera"}}),
                {"kind is \"nonlinera\"; must be one of linear, nonlinear; did you mean \"nonlinear\"?"}},
-        Broken{"TrailingComma", "{\n  \"T\": [1, 2,]}", {"line 2, column 14", "comma stands before the closing ']'"}},
+        Broken{"TrailingComma", "{\n  \"T\": [1, 2,]}", {"line 2, column 14", "comma before the closing ']'"}},
         Broken{"NotANumber", "{\"T\": NaN}", {"line 1, column 7", "NaN", "must be finite"}},
         Broken{"NegativeInfinity", "{\"x0\": [0, -Infinity]}", {"line 1", "Infinity", "must be finite"}},
         Broken{"Overflow", "{\"T\": 1e999}", {"line 1, column 7: 1e999 is too large", "must be finite"}},

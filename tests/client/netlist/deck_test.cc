@@ -451,7 +451,8 @@ TEST(DeckTest, ReadsWhatOtherProgramsWrite) {
   EXPECT_EQ(deck.circuit.nodes[AsSize(deck.circuit.node_voltages[0].node)], "X1.m");
   EXPECT_EQ(deck.circuit.node_voltages[0].volts, 2);
   EXPECT_EQ(deck.circuit.nodes[AsSize(deck.circuit.node_voltages[1].node)], "a");
-  EXPECT_THAT(deck.notes, AllOf(Contains(HasSubstr("p(R2): a power is no curve")), Contains(HasSubstr("a ) alone"))));
+  EXPECT_THAT(deck.notes,
+              AllOf(Contains(HasSubstr("p(R2): a power is not a curve")), Contains(HasSubstr("a ) alone"))));
   EXPECT_TRUE(deck.outputs.empty());  // all
   // A parameter that the subcircuit does not declare, the path of a library with blanks, two models in one.
   const Deck of_ltspice = Good(
@@ -462,7 +463,7 @@ TEST(DeckTest, ReadsWhatOtherProgramsWrite) {
   EXPECT_EQ(Named(of_ltspice, "D1").diode.on_resistance, 1);
   EXPECT_THAT(of_ltspice.notes, AllOf(Contains(HasSubstr("standard.dio is a library of another program")),
                                       Contains(HasSubstr("IS, N and RS are ignored"))));
-  EXPECT_THAT(Fault("R1 a 0 1\n.print tran p(R1)\n" + std::string(kRest)), HasSubstr("a power is no curve"));
+  EXPECT_THAT(Fault("R1 a 0 1\n.print tran p(R1)\n" + std::string(kRest)), HasSubstr("a power is not a curve"));
 }
 
 TEST(DeckTest, StepsAreTheCombinationsOfTheirValues) {
@@ -482,7 +483,7 @@ TEST(DeckTest, StepsAreTheCombinationsOfTheirValues) {
   EXPECT_EQ(Named(Good("R1 a 0 {R}\n.param R=3\n" + std::string(kRest), {.parameters = {{"r", 8}}}), "R1").value, 8);
 }
 
-// What a model says is meant where it is written.
+// The expressions of a model are evaluated in the scope of its definition.
 TEST(DeckTest, ModelsAreReadWhereTheyAreDefined) {
   const Deck deck = Good(
       ".param r=5\n.model DX D(RON={r})\nX1 a 0 NET r=7\n.subckt NET p q r=1\nD1 p q DX\nR1 p q {r}\n.ends\n"
@@ -551,7 +552,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("B1 a 0 V=1/time\n" + rest), HasSubstr("not finite"));
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1u 1) r=1u\n" + rest), HasSubstr("before its last time"));
   EXPECT_THAT(Fault("V1 a 0 PWL REPEAT (0 0 1u 1) ENDREPEAT\n" + rest), HasSubstr("REPEAT FOREVER (...) ENDREPEAT"));
-  EXPECT_THAT(Fault("R1 a 0 {Rload}\n" + rest), HasSubstr("at column 1 of \"Rload\": \"Rload\" is no parameter"));
+  EXPECT_THAT(Fault("R1 a 0 {Rload}\n" + rest), HasSubstr("at column 1 of \"Rload\": \"Rload\" is not a parameter"));
   EXPECT_THAT(Fault("R1 a 0 {2*3\n" + rest), AllOf(HasSubstr("a.cir:2:8"), HasSubstr("this { is not closed")));
   EXPECT_THAT(Fault("R1 a 0 '2*3 IC=1\n" + rest), AllOf(HasSubstr("a.cir:2:8"), HasSubstr("this ' is not closed")));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1m 1u\n"), HasSubstr("TSTEP = 0.001 is longer than TSTOP = 1e-06"));
@@ -559,7 +560,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("R1 a 0 1k m=0\n" + rest), HasSubstr("m=0; must be above 0"));
   EXPECT_THAT(Fault("R1 a 0 0\n" + rest), HasSubstr("must be above 0"));
   EXPECT_THAT(Fault("R1 a 0 4k7\n" + rest),
-              AllOf(HasSubstr("a.cir:2:8"), HasSubstr("\"4k7\" is no number; write 4.7k")));
+              AllOf(HasSubstr("a.cir:2:8"), HasSubstr("\"4k7\" is not a number; write 4.7k")));
   EXPECT_THAT(Fault("R1 a 0 2R2\n" + rest), HasSubstr("write 2.2"));
   EXPECT_THAT(Fault("R1 a 0 k4k7\n" + rest), Not(HasSubstr("write")));
   EXPECT_THAT(Fault("R1 a 0 r\n.param r=1\n" + rest), HasSubstr("{r}"));
@@ -591,9 +592,9 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1)\n" + rest), HasSubstr("pairs"));
   EXPECT_THAT(Fault("V1 a 0 PWL REPEAT FOREVER (0 0 1 1) r=0\n" + rest), HasSubstr("by REPEAT or by r="));
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1u 0 +1u 1)\n" + rest), AllOf(HasSubstr("+1u"), HasSubstr("LTspice")));
-  EXPECT_THAT(Fault("V1 a 0 DC nix\n" + rest), HasSubstr("\"nix\" is no number"));
-  EXPECT_THAT(Fault("F1 a 0 R1 2\nR1 a 0 1\n" + rest), HasSubstr("is no voltage source"));
-  EXPECT_THAT(Fault("K1 L1 L2 0.5\nL1 a 0 1\n" + rest), HasSubstr("\"L2\" is no inductor"));
+  EXPECT_THAT(Fault("V1 a 0 DC nix\n" + rest), HasSubstr("\"nix\" is not a number"));
+  EXPECT_THAT(Fault("F1 a 0 R1 2\nR1 a 0 1\n" + rest), HasSubstr("is not a voltage source"));
+  EXPECT_THAT(Fault("K1 L1 L2 0.5\nL1 a 0 1\n" + rest), HasSubstr("\"L2\" is not an inductor"));
   EXPECT_THAT(Fault("K1 L1 L2 1.1\nL1 a 0 1\nL2 a 0 1\n" + rest), HasSubstr("at most 1"));
   EXPECT_THAT(Fault("E1 a 0 POLY(1) b 0 1 2 3\n" + rest), HasSubstr("powers or products"));
   EXPECT_THAT(Fault("E1 a 0 LAPLACE {V(a)} = {1/s}\n" + rest), HasSubstr("laplace is not supported"));
@@ -606,7 +607,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("V1 a 0 AM(1 1)\n" + rest), Not(HasSubstr("0AM")));
   EXPECT_THAT(Fault("B1 a 0 V={V(a)**2}\n" + rest), HasSubstr("not linear"));
   EXPECT_THAT(Fault("+ R1 a 0 1\n" + rest), HasSubstr("+ continues a line"));
-  EXPECT_THAT(Fault(".ic V(nix)=1\nR1 a 0 1\n" + rest), HasSubstr("\"nix\" is no node"));
+  EXPECT_THAT(Fault(".ic V(nix)=1\nR1 a 0 1\n" + rest), HasSubstr("\"nix\" is not a node"));
   EXPECT_THAT(Fault(".param a=1 a=2\nR1 a 0 1\n" + rest), HasSubstr("defined twice"));
   EXPECT_THAT(Fault(".control\nrun\n"), HasSubstr(".control without .endc"));
   EXPECT_THAT(Fault(""), HasSubstr("no .tran"));

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """dlcs and ngspice solve the same decks. The steps of ngspice are refined until its own answer has settled: the
-difference to its answer with four times the step is subtracted, for it converges like the step.
+difference to its answer with four times the step is subtracted, since it converges like the step.
 
 Diodes of decks become switches that their own voltage controls, which both programs take as the same element; or
 ngspice has a current source whose straight lines are those of VFWD and RON.
@@ -153,7 +153,7 @@ def solve(deck, times, folder):
 
 
 def vectors(name):
-    """What ngspice saves for an output, with signs."""
+    """The vectors that ngspice saves for an output, with signs."""
     inside = name[2:-1].split(",")
     return [(f"{name[0]}({part})", sign) for part, sign in zip(inside, (1, -1))]
 
@@ -269,7 +269,7 @@ class NgspicePeerTest(unittest.TestCase):
             self.assertLess(abs(theirs - ours).max(), 1e-12 * abs(ours).max())
 
     def test_measurements(self):
-        """What both programs measure of the same deck."""
+        """The measurements of both programs for the same deck."""
         measurements = [
             "mean AVG v(out) FROM=1m TO=5m",
             "effective RMS v(out) FROM=1m TO=5m",

@@ -44,8 +44,8 @@ TEST(SpiceExpressionTest, NamesWhatIsWrong) {
   scope.Define("b", "2*a");
   const auto fault = [&scope](const std::string& text) { return std::string(scope.Evaluate(text).status().message()); };
   EXPECT_THAT(fault("a"), HasSubstr("defined by itself"));
-  EXPECT_THAT(fault("1 + nix"), HasSubstr("\"nix\" is no parameter"));
-  EXPECT_THAT(fault("nix(1)"), HasSubstr("\"nix\" is no function"));
+  EXPECT_THAT(fault("1 + nix"), HasSubstr("\"nix\" is not a parameter"));
+  EXPECT_THAT(fault("nix(1)"), HasSubstr("\"nix\" is not a function"));
   EXPECT_THAT(fault("1/0"), HasSubstr("not finite"));
   EXPECT_THAT(fault("sqrt(-1)"), HasSubstr("no finite value"));
   EXPECT_THAT(fault("2^3"), HasSubstr("exclusive or"));

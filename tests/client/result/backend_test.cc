@@ -39,7 +39,7 @@ v1::SolveRequest CaseRequest(const std::string& name) {
   return request;
 }
 
-// What people and programs see, without the seconds, which differ from run to run.
+// The output for people and programs, without the seconds, which differ from run to run.
 std::string JsonWithoutSeconds(SolveResult result) {
   v1::Cost& cost = *result.summary.mutable_cost();
   cost.clear_seconds_setup();

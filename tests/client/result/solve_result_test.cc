@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client must not trust what it is sent: a fake server that breaks the contract.
+// A client must not trust a server: a fake server that breaks the contract.
 #include "client/result/solve_result.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// Sends `events` to whoever asks, then `status`.
+// Sends `events` to every caller, then `status`.
 class FakeService final : public v1::SolverService::Service {
  public:
   grpc::Status Solve(grpc::ServerContext*, const v1::SolveRequest*,

@@ -153,7 +153,7 @@ class Parser {
       if (next !== ',') this.fail(this.at < this.text.length ? this.missingComma() : this.explain());
       ++this.at;
       this.blanks();
-      if (this.text[this.at] === end) this.fail(`a comma stands before the closing '${end}'; remove it`);
+      if (this.text[this.at] === end) this.fail(`there is a comma before the closing '${end}'; remove it`);
     }
   }
 

@@ -13,7 +13,7 @@ import {describe, isObject, type Json, type JsonObject, type Path} from './json'
 import type {Reader} from './reader';
 
 const mostRows = 2 ** 31 - 1;
-// Of a matrix that a file describes by a rule. A browser has less memory than the command line.
+// Limit for the entries of a matrix that a file describes by a rule. A browser has less memory than the command line.
 const mostEntries = 2 ** 23;
 const noFiles =
   'names a file, which this page cannot read from your disk. Write the matrix into the problem, ' +
@@ -131,7 +131,7 @@ function readDiagonals(object: JsonObject, path: Path, reader: Reader): SparseMa
     if (/^(0|-?[1-9]\d*)$/.test(key)) {
       readDiagonal(value, Number(key), [...place, key], reader, sparse);
     } else {
-      reader.refuse([...place, key], 'is no diagonal; "0" is the main one, "1" the one above it, "-1" the one below');
+      reader.refuse([...place, key], 'is not a diagonal; "0" is the main one, "1" the one above it, "-1" the one below');
     }
   }
   return reader.errors.length === before ? sparse : null;

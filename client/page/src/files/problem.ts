@@ -56,9 +56,9 @@ export function readProblem(text: string): {file: ProblemFile | null; errors: Fi
   const nonlinear = root.kind === 'nonlinear';
   const reader = new Reader();
   const file = nonlinear ? readNonlinear(root, reader) : readLinear(root, reader);
-  // The reader knows more (shapes), and says more. The schema has the last word on what it does not look at.
+  // The reader knows more (shapes), so its errors come first. The schema checks the rest.
   const bySchema = schemas.check(root, nonlinear ? 'nonlinear.schema.json' : 'problem.schema.json');
-  const errors = [...reader.errors, ...bySchema.filter((error) => !reader.errors.some((told) => overlap(told, error)))];
+  const errors = [...reader.errors, ...bySchema.filter((error) => !reader.errors.some((own) => overlap(own, error)))];
   return {file: errors.length === 0 ? file : null, errors};
 }
 

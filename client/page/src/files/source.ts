@@ -16,7 +16,7 @@ import type {Reader} from './reader';
 
 type Kind = TimePiece['kind'];
 const nothing: Kind = {case: undefined};
-// Of the zeros that stand for a missing f or g, since a few bytes may declare any number of components.
+// Limit of the zeros that stand for a missing f or g, since a few bytes may declare any number of components.
 const mostZeros = 2 ** 23;
 
 /** f (with one component for each state) and g (for each pair). */
@@ -129,7 +129,7 @@ export function readFormulas(list: Json[], path: Path, reader: Reader): string[]
   });
 }
 
-// On the wire the rows stand one after the other, so that a row of the wrong length would shift the others.
+// On the wire the rows are concatenated, so a row of the wrong length would shift the others.
 function readRowsOf(size: number, value: Json, path: Path, reader: Reader): DenseMatrix | null {
   const rows = reader.rows(value, path);
   if (rows === null || rows.columns === size || size === 0) return rows;

@@ -47,7 +47,7 @@ export class SharedRange {
   }
 }
 
-// So few points are drawn one by one as well.
+// Up to this many points are also drawn individually.
 const fewPoints = 40;
 export const leftAxis = 64;
 export const rightMargin = 24; // half of a long label
@@ -286,8 +286,8 @@ function around(least: number | null, most: number | null): [number, number] {
   return uPlot.rangeNum(least, most, 0.1, true) as [number, number];
 }
 
-// The labels of the vertical axis, with as many digits as tell them apart. Where those have no room, all but the lowest
-// say how much they are above it.
+// The labels of the vertical axis, with enough digits to distinguish them. If those have no room, all but the lowest
+// show the difference to it.
 function labelsOf(splits: number[]): string[] {
   for (const digits of [4, 5, 6]) {
     const labels = splits.map((value) => short(value, digits));

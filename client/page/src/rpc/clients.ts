@@ -34,8 +34,8 @@ const transport = createGrpcWebTransport({
 export const solver = createClient(SolverService, transport);
 export const jobs = createClient(JobService, transport);
 
-/** Options of a short call. */
-export function soon(): {timeoutMs: number} {
+/** The options of a short call. */
+export function shortCall(): {timeoutMs: number} {
   return {timeoutMs: unaryTimeout};
 }
 
@@ -43,7 +43,7 @@ function isUnauthenticated(error: unknown): boolean {
   return error instanceof ConnectError && error.code === Code.Unauthenticated;
 }
 
-/** For the readers of streams: asks for a token if that is what is missing. Whether it was. */
+/** For readers of streams: asks the user for a token if the error is that it is missing. Returns whether it was. */
 export async function loggedIn(error: unknown): Promise<boolean> {
   if (!isUnauthenticated(error)) return false;
   await askForToken(ConnectError.from(error).rawMessage);
@@ -54,7 +54,7 @@ let capabilities: Promise<GetCapabilitiesResponse> | null = null;
 
 /** What the server offers; asked once. */
 export function getCapabilities(): Promise<GetCapabilitiesResponse> {
-  capabilities ??= solver.getCapabilities({}, soon()).catch((error) => {
+  capabilities ??= solver.getCapabilities({}, shortCall()).catch((error) => {
     capabilities = null;
     throw error;
   });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a failed call says to a person, and which fields it is about.
+// The message of a failed call for the user, and the fields that it names.
 
 import {Code, ConnectError} from '@connectrpc/connect';
 import {BadRequestSchema, RetryInfoSchema} from '../../generated/google/rpc/error_details_pb';
@@ -38,7 +38,7 @@ export function errorText(error: unknown): string {
 }
 
 /** The call may succeed if it is repeated: the connection broke, or the server restarts. */
-export function mayPass(error: unknown): boolean {
+export function isTransient(error: unknown): boolean {
   const {code} = ConnectError.from(error);
   return (
     code === Code.Unavailable ||

@@ -27,9 +27,9 @@ export function askForToken(reason: string): Promise<void> {
 function ask(reason: string): Promise<void> {
   return new Promise((resolve) => {
     const input = h('input', {type: 'password', id: 'token', autocomplete: 'off', required: true, spellcheck: 'false'});
-    const told = h('p', {class: 'error', role: 'alert'});
-    setText(told, reason);
-    show(told, token() !== '');
+    const notice = h('p', {class: 'error', role: 'alert'});
+    setText(notice, reason);
+    show(notice, token() !== '');
     const dialog = h(
       'dialog',
       {class: 'login', 'aria-labelledby': 'login-title'},
@@ -43,7 +43,7 @@ function ask(reason: string): Promise<void> {
           'This server has users. Enter the token that its operator gave you. ' +
             'It is kept until you close this tab.',
         ),
-        told,
+        notice,
         h('label', {for: 'token'}, 'Token'),
         input,
         h('div', {class: 'buttons'}, h('button', {class: 'main', type: 'submit'}, 'Log in')),

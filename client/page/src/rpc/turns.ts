@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // One stream for all tabs. A browser opens six HTTP/1.1 connections per origin for all its tabs together, so streams of
-// a few tabs would leave none for calls. Every stream takes a turn: the Web Locks API hands the turn from tab to tab,
-// in the order of asking. A stream that can be continued later gives up its turn when others wait.
+// a few tabs would leave none for calls. Every stream takes a turn: the Web Locks API passes the turn from tab to
+// tab, in the order of the requests. A stream that can be continued later gives up its turn when others wait.
 
 const lock = 'dlcs-stream';
 const checkEvery = 250;
 
-// Where there are no locks (an insecure context) the turns of this tab still come one after the other.
+// Without locks (in an insecure context) only the streams of this tab take turns.
 let last: Promise<unknown> = Promise.resolve();
 
 async function withLock<T>(run: () => Promise<T>, signal: AbortSignal): Promise<T> {
@@ -31,8 +31,8 @@ export function takeTurn<T>(stream: () => Promise<T>, signal: AbortSignal): Prom
 }
 
 /**
- * As takeTurn, for a stream that goes on later: `turn` is aborted when another stream has been waiting for a moment,
- * and with `signal`.
+ * As takeTurn, for a stream that can be continued later: `turn` is aborted with `signal`, and when another stream has
+ * been waiting for a moment.
  */
 export function takeSharedTurn<T>(stream: (turn: AbortSignal) => Promise<T>, signal: AbortSignal): Promise<T> {
   return withLock(async () => {

@@ -23,7 +23,7 @@ export interface Solved {
   pairs: number;
 }
 
-/** Takes the chunks of a trajectory in order and makes a file of them. */
+/** Builds a file from the chunks of a trajectory, in their order. */
 export interface Writer {
   add(chunk: TrajectoryChunk): void;
   finish(): Blob;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the page remembers of a solve beyond a reload: its events so far, for this tab, and the grid of a problem that
-// was submitted here, which the server does not tell.
+// What the page keeps of a solve after a reload: its events so far, for this tab, and the grid of a problem that was
+// submitted here, which the server does not know.
 
 import {SolveModel} from './model';
 import {startedJobs} from './start';
@@ -22,7 +22,7 @@ export function saveModel(job: string, model: SolveModel): void {
     }
     sessionStorage.setItem(modelKey(job), model.save());
   } catch {
-    // It does not fit. Then the events come from the server again.
+    // It does not fit. The server then sends the events again.
     sessionStorage.removeItem(modelKey(job));
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything that is known about one solve, gathered from its events. A reload of the page goes on where it was: the
-// model is saved with the number of its last event.
+// Everything that is known about one solve, gathered from its events. A reload of the page resumes: the model is saved
+// with the number of its last event.
 
 import {fromJsonString, toJsonString} from '@bufbuild/protobuf';
 import {
@@ -56,10 +56,10 @@ export class SolveModel {
   windows: WindowRow[] = [];
   retries = 0;
   lastIterate: {window: number; iteration: number; seconds: number} | null = null;
-  /** Not saved: they come anew with new iterates. */
+  /** Not saved: new iterates bring new ones. */
   curves: Curve[] = [];
   log: string[] = [];
-  /** Events did not come. Not counted: after a crash of the server numbers are skipped that no event had. */
+  /** Events are missing. They are not counted, since after a crash of the server some numbers belong to no event. */
   missed = false;
   lastSequence = 0n;
   /** The time of the problem up to which there is a solution. */
@@ -87,7 +87,7 @@ export class SolveModel {
         break;
       case 'windowStarted': {
         const {window, begin, end, steps} = kind.value;
-        // After a crash of the server the window that ran begins once more.
+        // After a crash of the server the window that was running begins again.
         const last = this.windows.at(-1);
         if (last?.window === window && last.result === 'running') this.windows.pop();
         this.addWindow({window, begin, end, steps, iterations: 0, result: 'running', reason: ''});
@@ -136,7 +136,7 @@ export class SolveModel {
     const size = y.length / times.length;
     const components = yComponents.length > 0 ? yComponents : Array.from({length: size}, (_, i) => i);
     this.curves.push({window, iteration, times, y, components});
-    // The oldest but the first of its window: the first shows where the iteration began.
+    // Drops the oldest curve of the window except the first, which shows where the iteration began.
     const ofWindow = this.curves.filter((curve) => curve.window === window);
     if (ofWindow.length > mostCurvesOfAWindow) this.curves.splice(this.curves.indexOf(ofWindow[1]), 1);
     if (this.curves.length > mostCurves) this.curves.shift();
@@ -155,15 +155,15 @@ export class SolveModel {
       this.addWindow(row);
     }
     Object.assign(row, {end, iterations, reason, result: coupled ? 'coupled' : accepted ? 'accepted' : 'retried'});
-    // It may be less than before: then the solve goes through the time once more.
+    // It may be less than before, if the solve makes another pass over [0, T].
     if (accepted) this.reached = end;
     if (accepted) return;
     ++this.retries;
-    // It begins anew, and what its iterates led to is of no use.
+    // The window begins again, and its iterates are of no use.
     this.curves = this.curves.filter((curve) => curve.window !== window);
   }
 
-  /** Takes what is known from elsewhere: the summary of a job that has ended. */
+  /** Sets the summary of a job that has ended, which was received without its events. */
   finish(summary: Summary | undefined): void {
     ++this.version;
     if (summary !== undefined) this.summary = summary;

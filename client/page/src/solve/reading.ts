@@ -8,19 +8,19 @@ import {
   type TrajectoryPage,
 } from '../../generated/dlcs/v1/jobs_pb';
 import {jobs, loggedIn} from '../rpc/clients';
-import {mayPass} from '../rpc/errors';
+import {isTransient} from '../rpc/errors';
 import {takeTurn} from '../rpc/turns';
 import {Trajectory} from './trajectory';
 
-/** What the plots hold at most: 8 million numbers, 64 MB. */
+/** The most numbers that the plots hold: 8 million, 64 MB. */
 export const mostValues = 8e6;
-/** Up to so many components all are read, beyond only those that are shown. */
+/** Up to this many components, all are read; of more, only those that are shown. */
 export const mostComponents = 200;
 const mostTries = 20;
-/** While it is read there are no events: so many times as long as that took they have the stream for themselves. */
+/** No events arrive during a read. After it, they get the stream for this many times as long. */
 const eventsShare = 15;
 
-/** What to read: components from 0, and every how many-th time. */
+/** What to read: components from 0, and every stride-th time. */
 export interface Selection {
   xs: number[];
   ys: number[];
@@ -39,7 +39,7 @@ export function strideFor(times: number, xs: number, ys: number, zs: number): nu
 
 /**
  * Calls `onPage` with each page of the stored part after `request.resumeToken`. Repeats if the connection breaks.
- * Returns for how many milliseconds the stream was taken.
+ * Returns for how many milliseconds it had the stream.
  */
 async function readPages(
   request: ReadTrajectoryRequest,
@@ -59,7 +59,7 @@ async function readPages(
       }, signal);
       return performance.now() - begun;
     } catch (error) {
-      if (signal.aborted || (!(await loggedIn(error)) && (!mayPass(error) || tries === mostTries))) throw error;
+      if (signal.aborted || (!(await loggedIn(error)) && (!isTransient(error) || tries === mostTries))) throw error;
       await new Promise((resolve) => setTimeout(resolve, 500));
     }
   }
@@ -111,7 +111,7 @@ export class GrowingTrajectory {
     this.request = requestOf(job, selection, sizes);
   }
 
-  /** There may be more to read. What is not urgent may wait for a later call. */
+  /** Reads what is new. Unless it is urgent, it may wait for a later call. */
   async update(urgent: boolean): Promise<void> {
     if (this.complete || (!urgent && performance.now() < this.pauseUntil)) return;
     this.again = true;

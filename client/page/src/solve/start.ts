@@ -5,17 +5,17 @@
 
 import type {SolveJob} from '../../generated/dlcs/v1/jobs_pb';
 import type {SolveRequest} from '../../generated/dlcs/v1/solver_pb';
-import {jobs, loggedIn, solver, soon} from '../rpc/clients';
-import {mayPass} from '../rpc/errors';
+import {jobs, loggedIn, shortCall, solver} from '../rpc/clients';
+import {isTransient} from '../rpc/errors';
 import {takeSharedTurn} from '../rpc/turns';
 import {SolveModel} from './model';
 
 const mostTries = 5;
-// If other streams do not give way for so long, the job is created without following it at once.
+// If other streams do not release their turn for this long, the job is created without following it at once.
 const patience = 1_500;
 
 export interface Started {
-  /** Its events so far. The page of the job takes them over and goes on. */
+  /** Its events so far. The page of the job starts from them. */
   model: SolveModel;
   /** The call that started it is no longer read. */
   left: Promise<void>;
@@ -26,21 +26,21 @@ export const startedJobs = new Map<string, Started>();
 
 /** Returns the name of the job. Repeats the call where the connection breaks; the request_id makes it the same job. */
 export async function startJob(request: SolveRequest): Promise<string> {
-  return patiently(async () => {
+  return withRetries(async () => {
     const name = await follow(request);
-    return (
-      name ??
-      (await jobs.createSolveJob({solve: request, title: request.title, requestId: request.requestId}, soon())).name
-    );
+    if (name !== null) return name;
+    const {title, requestId} = request;
+    return (await jobs.createSolveJob({solve: request, title, requestId}, shortCall())).name;
   });
 }
 
 /** Only checks the request; the answer predicts what the job would cost. */
 export function predictJob(request: SolveRequest): Promise<SolveJob> {
-  return patiently(() => jobs.createSolveJob({solve: request, title: request.title, validateOnly: true}, soon()));
+  const {title} = request;
+  return withRetries(() => jobs.createSolveJob({solve: request, title, validateOnly: true}, shortCall()));
 }
 
-// Resolves as soon as the job has a name, and reads on until others need the turn; null if there was no turn.
+// Resolves as soon as the job has a name, and continues to read until others need the turn; null if there was no turn.
 function follow(request: SolveRequest): Promise<string | null> {
   return new Promise((resolve, reject) => {
     const waiting = new AbortController();
@@ -88,12 +88,12 @@ async function readEvents(request: SolveRequest, turn: AbortSignal, onName: (nam
   }
 }
 
-async function patiently<T>(call: () => Promise<T>): Promise<T> {
+async function withRetries<T>(call: () => Promise<T>): Promise<T> {
   for (let tries = 1; ; ++tries) {
     try {
       return await call();
     } catch (error) {
-      if (!(await loggedIn(error)) && (!mayPass(error) || tries === mostTries)) throw error;
+      if (!(await loggedIn(error)) && (!isTransient(error) || tries === mostTries)) throw error;
       await new Promise((resolve) => setTimeout(resolve, 500 * tries));
     }
   }

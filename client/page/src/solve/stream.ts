@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A solve on a server that keeps no jobs: one call that lasts as long as the solve. It goes on while other views of the
-// page are shown, and ends with the tab.
+// A solve on a server that keeps no jobs: one call that lasts as long as the solve. It continues while other views
+// of the page are shown, and ends with the tab.
 
 import type {SolveRequest, TrajectoryChunk} from '../../generated/dlcs/v1/solver_pb';
-import {loggedIn, solver, soon} from '../rpc/clients';
+import {loggedIn, shortCall, solver} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import {takeTurn} from '../rpc/turns';
 import type {SolveData} from './data';
@@ -50,12 +50,12 @@ export class StreamedSolve {
     return this.endedAt === 0;
   }
 
-  /** Ends it with what was found so far. */
+  /** Stops the solve; the part found so far is kept. */
   async stop(): Promise<void> {
     if (this.solveId === '') {
       this.aborted.abort();
     } else {
-      await solver.stopSolve({solveId: this.solveId}, soon());
+      await solver.stopSolve({solveId: this.solveId}, shortCall());
     }
   }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Follows the events of a job. One stream serves all tabs: the tab whose turn it is passes its events on to those that
-// show the same job, and tabs with other jobs take turns with it. Events have numbers, so nothing is lost or doubled.
+// Follows the events of a job. One stream serves all tabs: the tab whose turn it is sends its events to those that show
+// the same job, and tabs with other jobs take turns with it. Events have numbers, so none is lost or processed twice.
 
 import {fromBinary, toBinary} from '@bufbuild/protobuf';
 import {Code, ConnectError} from '@connectrpc/connect';
@@ -8,26 +8,26 @@ import {WatchView} from '../../generated/dlcs/v1/jobs_pb';
 import {Gap_Reason, type SolveEvent, SolveEventSchema} from '../../generated/dlcs/v1/solver_pb';
 import {milliseconds} from '../format';
 import {jobs, loggedIn} from '../rpc/clients';
-import {errorText, mayPass} from '../rpc/errors';
+import {errorText, isTransient} from '../rpc/errors';
 import {takeSharedTurn} from '../rpc/turns';
 
 const channelName = 'dlcs-events';
-/** A tab that hears nothing for so long asks for the stream itself. The server sends a heartbeat within 15 s. */
+/** A tab that receives nothing for this long requests the stream itself. The server sends a heartbeat within 15 s. */
 const patience = 4_000;
 const beatEvery = 1_500;
 const retryAfter = 1_500;
-/** Events are copied for other tabs only while one of them listens, which it says this often. */
+/** Events are sent to other tabs only while one of them listens. It announces that at this interval. */
 const listenEvery = 250;
-/** Clocks differ; what counts is how much older events become than the youngest so far. */
+/** The page is slow if events are this much older than the youngest so far. (Clocks of machines differ.) */
 const tooOld = 150;
-/** So long a stream may take to catch up with what happened before it. */
+/** The time that a new stream may take to catch up with earlier events. */
 const catchesUpIn = 1_000;
-/** Where the page cannot keep up it asks for the newest iterate of so many milliseconds. */
+/** A slow page requests only the newest iterate of each interval of this many milliseconds. */
 const keepsUpWith = 50;
 
-/** Of a tab that has no stream itself. */
+/** Sent by a tab that has no stream itself. */
 interface Listening {
-  listensTo: string;
+  jobListenedTo: string;
 }
 
 interface Shared {
@@ -40,16 +40,16 @@ interface Shared {
 export interface Watcher {
   lastSequence(): bigint;
   onEvent(event: SolveEvent): void;
-  /** What hinders the stream, or null when it is well. */
+  /** Why the stream fails, or null while it works. */
   onTrouble(text: string | null): void;
-  /** There are no such events (any more): the job ended long ago, or its server forgot them. */
+  /** The server has no such events: the job does not exist, or the server no longer holds them. */
   onNoEvents(): void;
 }
 
 export class JobWatch {
   private readonly channel = new BroadcastChannel(channelName);
   private readonly stopped = new AbortController();
-  private lastHeard = 0;
+  private lastReceived = 0;
   private lastListener = -Infinity;
   private leastAge = Infinity;
   private interval = 0;
@@ -63,8 +63,8 @@ export class JobWatch {
     private readonly watcher: Watcher,
   ) {
     this.channel.addEventListener('message', ({data}: MessageEvent<Shared | Listening>) => {
-      if (!('listensTo' in data)) this.onShared(data);
-      else if (data.listensTo === this.job) this.lastListener = performance.now();
+      if (!('jobListenedTo' in data)) this.onShared(data);
+      else if (data.jobListenedTo === this.job) this.lastListener = performance.now();
     });
     document.addEventListener('visibilitychange', this.onVisibility);
     void this.run();
@@ -77,21 +77,21 @@ export class JobWatch {
     document.removeEventListener('visibilitychange', this.onVisibility);
   }
 
-  /** Opens the stream anew, after other pairs were chosen. */
+  /** Opens a new stream, after other pairs were chosen. */
   restart(): void {
-    this.lastHeard = 0;
+    this.lastReceived = 0;
     this.waiting?.abort();
   }
 
   private readonly onVisibility = () => {
-    // A hidden tab needs no stream; it catches up when it is seen again.
+    // A hidden tab needs no stream; it catches up when it becomes visible.
     if (document.hidden) this.waiting?.abort();
   };
 
   private async run(): Promise<void> {
     while (!this.ended && !this.stopped.signal.aborted) {
-      if (document.hidden || Date.now() - this.lastHeard < patience) {
-        if (!document.hidden) this.channel.postMessage({listensTo: this.job} satisfies Listening);
+      if (document.hidden || Date.now() - this.lastReceived < patience) {
+        if (!document.hidden) this.channel.postMessage({jobListenedTo: this.job} satisfies Listening);
         await pause(listenEvery);
         continue;
       }
@@ -113,11 +113,11 @@ export class JobWatch {
       return;
     }
     this.watcher.onTrouble(errorText(error));
-    await pause(mayPass(error) ? retryAfter : 4 * retryAfter);
+    await pause(isTransient(error) ? retryAfter : 4 * retryAfter);
   }
 
   private async read(turn: AbortSignal): Promise<void> {
-    // While this tab waited for its turn another one may have passed on the events.
+    // While this tab waited for its turn, another one may have sent it the remaining events.
     if (this.ended || turn.aborted) return;
     this.holding = true;
     this.share(null);
@@ -151,7 +151,7 @@ export class JobWatch {
     }
   }
 
-  // Whether the stream is to be opened anew, with fewer events.
+  // Whether to open a new stream with fewer events.
   private fallsBehind({time, kind}: SolveEvent): boolean {
     const age = time === undefined ? 0 : Date.now() - milliseconds(time);
     this.leastAge = Math.min(this.leastAge, age);
@@ -177,11 +177,11 @@ export class JobWatch {
 
   private onShared({job, after, event}: Shared): void {
     if (job !== this.job || this.ended || after > this.watcher.lastSequence()) return;
-    this.lastHeard = Date.now();
+    this.lastReceived = Date.now();
     if (!this.holding) this.waiting?.abort();
     if (event !== null) {
-      const heard = fromBinary(SolveEventSchema, event);
-      if (heard.sequence > this.watcher.lastSequence()) this.take(heard);
+      const received = fromBinary(SolveEventSchema, event);
+      if (received.sequence > this.watcher.lastSequence()) this.take(received);
     }
   }
 }

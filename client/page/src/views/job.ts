@@ -6,8 +6,8 @@ import type {SolveJob} from '../../generated/dlcs/v1/jobs_pb';
 import {JobState} from '../../generated/dlcs/v1/solver_pb';
 import {h} from '../dom';
 import {ago, bytes, duration, general, milliseconds, timeLeft} from '../format';
-import {canCancel, hasEnded, membersText, standOf, titleOf} from '../names';
-import {jobs, soon} from '../rpc/clients';
+import {canCancel, hasEnded, membersText, statusOf, titleOf} from '../names';
+import {jobs, shortCall} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import type {SolveData} from '../solve/data';
 import {save, writers} from '../solve/download';
@@ -22,10 +22,10 @@ import {Panels} from './solve/panels';
 
 const pollEvery = 1_000;
 const readEvery = 700;
-// So many pairs come with the iterates until others are chosen. The server holds fewer events the larger they are.
+// The number of pairs in the iterates until others are chosen. The server holds fewer events if they are larger.
 const firstPairs = 4;
-// So long the call that started a job is left alone: a short solve has ended by then, with all its events. Its iterates
-// come without y; those that are watched have it.
+// The call that started a job is read for this long, so that a short solve sends all its events. Its iterates are
+// without y; those of a watch have it.
 const startLasts = 500;
 const drawEvery = 100;
 
@@ -49,7 +49,7 @@ export class JobView implements View {
     this.model = restoreModel(name);
     this.grid = gridOf(name);
     this.head = new Head({
-      stop: async () => this.onJob(await jobs.cancelSolveJob({name}, soon())),
+      stop: async () => this.onJob(await jobs.cancelSolveJob({name}, shortCall())),
       remove: () => this.remove(),
       download: (extension) => this.download(extension),
     });
@@ -75,9 +75,9 @@ export class JobView implements View {
       canCancel: true,
       canDownload: false,
     });
-    this.timer = setInterval(() => this.readOn(), readEvery);
+    this.timer = setInterval(() => this.readMore(), readEvery);
     void this.takeOver();
-    // A hidden page may be discarded without another word.
+    // The browser may discard a hidden page without another event.
     document.addEventListener('visibilitychange', this.save, {signal: this.ended.signal});
     addEventListener('pagehide', this.save, {signal: this.ended.signal});
     pollWhileVisible(pollEvery, this.ended.signal, () => this.poll());
@@ -137,7 +137,7 @@ export class JobView implements View {
         if (event.kind.case === 'summary') void this.poll();
         this.panels.refresh();
       },
-      onTrouble: (text) => this.head.tell(text),
+      onTrouble: (text) => this.head.showTrouble(text),
       onNoEvents: () => void this.poll(),
     });
   }
@@ -145,15 +145,15 @@ export class JobView implements View {
   private async poll(): Promise<void> {
     if (this.job !== null && hasEnded(this.job.state) && this.model.ended && this.ready) return;
     try {
-      this.onJob(await jobs.getSolveJob({name: this.name}, {...soon(), signal: this.ended.signal}));
-      this.head.tell(null);
+      this.onJob(await jobs.getSolveJob({name: this.name}, {...shortCall(), signal: this.ended.signal}));
+      this.head.showTrouble(null);
     } catch (error) {
       if (this.ended.signal.aborted) return;
       // A name that cannot be one is an invalid argument.
       if ([Code.NotFound, Code.InvalidArgument].includes(ConnectError.from(error).code)) {
         this.watch?.stop();
         forgetModel(this.name);
-        this.head.tell(null);
+        this.head.showTrouble(null);
         this.head.element.replaceChildren(
           h('h1', {}, 'There is no such solve'),
           h('p', {}, 'It was deleted or expired.'),
@@ -161,7 +161,7 @@ export class JobView implements View {
         this.panels.element.hidden = true;
         this.ended.abort();
       } else {
-        this.head.tell(errorText(error));
+        this.head.showTrouble(errorText(error));
       }
     }
   }
@@ -172,16 +172,17 @@ export class JobView implements View {
     if (job.ensemble !== undefined) this.showEnsemble(job);
     else if (!this.model.ended && this.ready) this.watch ??= this.startWatch();
     if (hasEnded(job.state)) {
-      // Its error is told where nothing was solved; otherwise the summary says how it ended.
-      if (job.error !== undefined && job.summary === undefined) this.head.tell(`It failed: ${job.error.message}`);
+      // Shows the error only if nothing was solved; otherwise the summary describes the end.
+      const {error, summary} = job;
+      if (error !== undefined && summary === undefined) this.head.showTrouble(`It failed: ${error.message}`);
       if (this.ready && (job.summary !== undefined || this.watch === null)) this.model.finish(job.summary);
     }
     this.updateHead(job);
-    this.readOn();
+    this.readMore();
     this.panels.refresh();
   }
 
-  // Of an ensemble the job itself says all that is shown here, and it has no trajectory.
+  // For an ensemble the job itself holds everything that is shown here; it has no trajectory.
   private showEnsemble(job: SolveJob): void {
     if (this.panels.element.hidden) return;
     this.panels.element.hidden = true;
@@ -212,7 +213,7 @@ export class JobView implements View {
             duration(Math.floor(elapsed)),
             timeLeft(elapsed, part),
           ];
-    const {text, look} = standOf(job);
+    const {text, look} = statusOf(job);
     this.head.update({
       title: this.jobTitle,
       state: text,
@@ -226,7 +227,7 @@ export class JobView implements View {
   }
 
   // Reads what is stored by now. The first reader begins when there is something to read.
-  private readOn(): void {
+  private readMore(): void {
     const {states, pairs, model} = this.data;
     const times = model.summary?.times ?? model.storedTimes;
     if (times === 0 || states + pairs === 0 || !this.ready || this.job?.ensemble !== undefined) return;
@@ -251,27 +252,27 @@ export class JobView implements View {
       {states, pairs, outputs},
       this.ended.signal,
       (error) => {
-        if (error !== undefined) this.head.tell(errorText(error));
+        if (error !== undefined) this.head.showTrouble(errorText(error));
         this.panels.refresh();
       },
     );
   }
 
-  // Of a job that has ended, its trajectory may be read before it is known that there are outputs.
+  // The trajectory of a job that has ended may have been read before it was known that there are outputs.
   private onAnalysis(): void {
     if (this.reader === null || this.data.outputs === 0 || this.reader.selection.zs.length > 0) return;
     this.reader = null;
-    this.readOn();
+    this.readMore();
   }
 
-  // Other components were chosen than those that are held.
+  // Reads again if components were chosen that are not held.
   private onChoice(): void {
     const {states, pairs, outputs} = this.panels.chosen;
     const held = this.reader?.selection;
     const has = (all: number[], wanted: number[]) => wanted.every((i) => all.includes(i));
     if (held && !(has(held.xs, states) && has(held.ys, pairs) && has(held.zs, outputs))) {
       this.reader = null;
-      this.readOn();
+      this.readMore();
     }
     if (!this.model.ended && pairs.join() !== this.chosen) this.watch?.restart();
     this.chosen = pairs.join();
@@ -287,7 +288,7 @@ export class JobView implements View {
       {states, pairs, outputs},
       this.ended.signal,
       (error) => {
-        if (error !== undefined) this.head.tell(errorText(error));
+        if (error !== undefined) this.head.showTrouble(errorText(error));
       },
     );
     await field.update(true);
@@ -310,7 +311,7 @@ export class JobView implements View {
   }
 
   private async remove(): Promise<void> {
-    await jobs.deleteSolveJob({name: this.name}, soon());
+    await jobs.deleteSolveJob({name: this.name}, shortCall());
     startedJobs.delete(this.name);
     this.ended.abort();
     forgetModel(this.name);

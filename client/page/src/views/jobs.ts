@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of jobs: #/jobs. It is renewed every second, row by row, so that what has the focus keeps it.
+// The list of jobs: #/jobs. It is updated every second, row by row, so that the focus is kept.
 
 import {type ListSolveJobsResponse, type SolveJob} from '../../generated/dlcs/v1/jobs_pb';
 import {h, replace, setText, show} from '../dom';
 import {ago, count, duration, milliseconds, timeLeft} from '../format';
-import {canCancel, hasEnded, membersText, methodWord, standOf, titleOf} from '../names';
-import {getCapabilities, jobs, soon} from '../rpc/clients';
+import {canCancel, hasEnded, membersText, methodWord, statusOf, titleOf} from '../names';
+import {getCapabilities, jobs, shortCall} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import {pollWhileVisible, type View} from './page';
 
@@ -17,7 +17,7 @@ export class JobsView implements View {
   readonly element: HTMLElement;
   private readonly ended = new AbortController();
   private readonly search = h('input', {type: 'search', id: 'search', placeholder: 'Title, state, method or name'});
-  private readonly told = h('p', {class: 'note', role: 'status'});
+  private readonly notice = h('p', {class: 'note', role: 'status'});
   private readonly trouble = h('p', {class: 'error', role: 'alert', hidden: true});
   private readonly body = h('tbody');
   private readonly more = h('button', {type: 'button', hidden: true}, 'Show more');
@@ -43,7 +43,7 @@ export class JobsView implements View {
       ),
       h('p', {class: 'field'}, h('label', {for: 'search'}, 'Search'), this.search),
       this.trouble,
-      this.told,
+      this.notice,
       h('table', {class: 'jobs'}, h('thead', {}, h('tr', {}, head)), this.body),
       this.more,
     );
@@ -72,7 +72,7 @@ export class JobsView implements View {
         return;
       }
     } catch (error) {
-      this.tell(errorText(error));
+      this.showTrouble(errorText(error));
     }
     pollWhileVisible(pollEvery, this.ended.signal, () => this.poll());
   }
@@ -84,20 +84,20 @@ export class JobsView implements View {
       for (let i = 0; i < this.pages && (page === null || page.nextPageToken !== ''); ++i) {
         page = await jobs.listSolveJobs(
           {pageSize, pageToken: page?.nextPageToken ?? ''},
-          {...soon(), signal: this.ended.signal},
+          {...shortCall(), signal: this.ended.signal},
         );
         listed.push(...page.jobs);
       }
       this.listed = listed;
       show(this.more, page !== null && page.nextPageToken !== '');
-      this.tell(null);
+      this.showTrouble(null);
       this.draw();
     } catch (error) {
-      if (!this.ended.signal.aborted) this.tell(errorText(error));
+      if (!this.ended.signal.aborted) this.showTrouble(errorText(error));
     }
   }
 
-  private tell(trouble: string | null): void {
+  private showTrouble(trouble: string | null): void {
     setText(this.trouble, trouble ?? '');
     show(this.trouble, trouble !== null);
   }
@@ -106,7 +106,7 @@ export class JobsView implements View {
     const wanted = this.search.value.trim().toLowerCase();
     const shown = this.listed.filter((job) => textOf(job).includes(wanted));
     setText(
-      this.told,
+      this.notice,
       this.listed.length === 0
         ? 'There are no solves yet.'
         : shown.length === this.listed.length
@@ -126,7 +126,7 @@ export class JobsView implements View {
         row = new Row(
           job.name,
           () => this.poll(),
-          (text) => this.tell(text),
+          (text) => this.showTrouble(text),
         );
         this.rows.set(job.name, row);
       }
@@ -140,7 +140,7 @@ export class JobsView implements View {
 
 function textOf(job: SolveJob): string {
   const kind = job.ensemble === undefined ? 'solve' : 'ensemble';
-  const words = [standOf(job).text, methodWord(job.options?.method ?? 0), job.name, job.owner, job.requestId];
+  const words = [statusOf(job).text, methodWord(job.options?.method ?? 0), job.name, job.owner, job.requestId];
   return [titleOf(job), kind, ...words].join(' ').toLowerCase();
 }
 
@@ -159,7 +159,7 @@ class Row {
   constructor(
     name: string,
     private readonly renew: () => Promise<void>,
-    private readonly tell: (text: string) => void,
+    private readonly showTrouble: (text: string) => void,
   ) {
     this.title = h('a', {href: `#/${name}`});
     this.act.addEventListener('click', () => void this.onAct());
@@ -188,7 +188,7 @@ class Row {
       job.states > 0 ? job.owner : '',
     ];
     setText(this.about, about.filter((text) => text !== '').join(', '));
-    const {text, look} = standOf(job);
+    const {text, look} = statusOf(job);
     setText(this.state, text);
     this.state.dataset.state = look;
     show(this.bar, !ended);
@@ -227,10 +227,10 @@ class Row {
     }
     this.act.disabled = true;
     try {
-      await (deletes ? jobs.deleteSolveJob({name}, soon()) : jobs.cancelSolveJob({name}, soon()));
+      await (deletes ? jobs.deleteSolveJob({name}, shortCall()) : jobs.cancelSolveJob({name}, shortCall()));
       await this.renew();
     } catch (error) {
-      this.tell(errorText(error));
+      this.showTrouble(errorText(error));
     } finally {
       this.act.disabled = false;
     }

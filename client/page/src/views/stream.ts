@@ -90,7 +90,7 @@ function updateHead(head: Head, solve: StreamedSolve): void {
     canCancel: solve.running,
     canDownload: solve.chunks.length > 0,
   });
-  head.tell(solve.trouble);
+  head.showTrouble(solve.trouble);
 }
 
 function download(solve: StreamedSolve, extension: string): void {

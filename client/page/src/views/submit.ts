@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Submits a problem: from a file, an example or the editor. It is checked before it is sent, and what the server
-// refuses is told at the same places.
+// Submits a problem: from a file, an example or the editor. It is checked before it is sent. Errors of the server
+// are shown at the same places.
 
 import {create} from '@bufbuild/protobuf';
 import examples from 'examples';
@@ -28,9 +28,9 @@ import type {View} from './page';
 const analysisTimeout = 60_000;
 const mostOutputs = 1001;
 const fewestOutputs = 51;
-// Of the numbers in a trajectory whose times the page chooses.
+// Limit of the numbers in a trajectory whose times the page chooses.
 const mostNumbers = 4e6;
-// What is being written survives a look at another view.
+// The text is kept while another view is shown.
 const draft = {text: examples[0].text};
 
 interface Field {
@@ -46,7 +46,7 @@ export class SubmitView implements View {
   private readonly fields: {[option in Option]: Field};
   private readonly example: HTMLSelectElement;
   private readonly file = h('input', {type: 'file', id: 'file', accept: '.json,application/json'});
-  private readonly told = h('p', {class: 'note', role: 'status'});
+  private readonly notice = h('p', {class: 'note', role: 'status'});
   private readonly errors = h('div', {class: 'errors', role: 'alert', id: 'problem-errors'});
   private readonly storeless = h(
     'p',
@@ -122,7 +122,7 @@ export class SubmitView implements View {
           {class: 'options'},
           Object.values(this.fields).map((entry) => entry.element),
           h('div', {class: 'buttons'}, this.solve, this.check, this.analyze),
-          this.told,
+          this.notice,
         ),
       ),
     );
@@ -147,7 +147,7 @@ export class SubmitView implements View {
     try {
       this.capabilities = await getCapabilities();
     } catch (error) {
-      setText(this.told, errorText(error));
+      setText(this.notice, errorText(error));
       return;
     }
     show(this.storeless, this.capabilities.jobs === undefined);
@@ -177,7 +177,7 @@ export class SubmitView implements View {
     replace(this.analysis);
     this.editor.mark([]);
     for (const option of Object.keys(this.fields) as Option[]) this.refuse(option, '');
-    setText(this.told, '');
+    setText(this.notice, '');
   }
 
   private refuse(option: Option, text: string): void {
@@ -187,7 +187,7 @@ export class SubmitView implements View {
     input.setAttribute('aria-invalid', String(text !== ''));
   }
 
-  // Reads what was entered and does with it what a button says.
+  // Reads the input and calls the action of a button with it.
   private async submit(act: (file: ProblemFile, options: SolveOptions, title: string) => Promise<void>): Promise<void> {
     this.clear();
     const file = this.readFile();
@@ -200,7 +200,7 @@ export class SubmitView implements View {
       this.capabilities ??= await getCapabilities();
       await act(file, options, title);
     } catch (error) {
-      this.tellRefusal(error);
+      this.showRefusal(error);
     } finally {
       buttons.forEach((button) => (button.disabled = false));
     }
@@ -209,7 +209,7 @@ export class SubmitView implements View {
   private async send({system, horizon, grid}: ProblemFile, options: SolveOptions, title: string): Promise<void> {
     if (this.capabilities?.jobs === undefined) {
       if (streamed.solve?.running) {
-        setText(this.told, 'A solve of this tab is still running. Cancel it first, or use another tab.');
+        setText(this.notice, 'A solve of this tab is still running. Cancel it first, or use another tab.');
         return;
       }
       streamed.solve = new StreamedSolve(create(SolveRequestSchema, {system, options}), title, horizon, grid);
@@ -224,7 +224,7 @@ export class SubmitView implements View {
   private async predict({system}: ProblemFile, options: SolveOptions, title: string): Promise<void> {
     const job = await predictJob(create(SolveRequestSchema, {system, options, title}));
     setText(
-      this.told,
+      this.notice,
       'The problem is valid. Predicted: ' +
         `${duration(job.predictedCoreSeconds)} of one core, ${bytes(job.predictedMemoryBytes)}.`,
     );
@@ -232,14 +232,14 @@ export class SubmitView implements View {
 
   private async askForAnalysis({system}: ProblemFile, options: SolveOptions): Promise<void> {
     if (system.case !== 'problem') {
-      setText(this.told, 'Only linear problems can be analyzed before they are solved.');
+      setText(this.notice, 'Only linear problems can be analyzed before they are solved.');
       return;
     }
-    setText(this.told, 'Analyzing …');
+    setText(this.notice, 'Analyzing …');
     // Which times are output makes no difference, and the advice is about methods and steps.
     const asked = {...options, outputTimes: []};
     const analysis = await solver.analyzeProblem({problem: system.value, options: asked}, {timeoutMs: analysisTimeout});
-    setText(this.told, '');
+    setText(this.notice, '');
     replace(this.analysis, analysisCard(analysis));
     this.analysis.scrollIntoView({block: 'nearest'});
   }
@@ -247,7 +247,7 @@ export class SubmitView implements View {
   private readFile(): ProblemFile | null {
     try {
       const {file, errors} = readProblem(this.editor.text);
-      this.tellErrors(errors);
+      this.showErrors(errors);
       return file;
     } catch (error) {
       if (!(error instanceof JsonError)) throw error;
@@ -287,7 +287,7 @@ export class SubmitView implements View {
     });
   }
 
-  private tellRefusal(error: unknown): void {
+  private showRefusal(error: unknown): void {
     const violations = violationsOf(error);
     const errors: FieldError[] = [];
     const others: string[] = violations.length === 0 ? [errorText(error)] : [];
@@ -301,11 +301,11 @@ export class SubmitView implements View {
         errors.push({path: place.path, rule: text});
       }
     }
-    this.tellErrors(errors);
+    this.showErrors(errors);
     this.errors.append(...others.map((text) => h('p', {class: 'error'}, text)));
   }
 
-  private tellErrors(errors: FieldError[]): void {
+  private showErrors(errors: FieldError[]): void {
     if (errors.length === 0) return;
     const {text} = this.editor;
     parseJson(text);
@@ -366,7 +366,7 @@ function evenTimes(points: number, horizon: number): number[] {
   return Array.from({length: points}, (_, k) => (k === points - 1 ? horizon : (horizon * k) / (points - 1)));
 }
 
-// crypto.randomUUID is there in secure contexts only.
+// crypto.randomUUID exists in secure contexts only.
 function freshId(): string {
   return [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.toString(16).padStart(2, '0')).join('');
 }

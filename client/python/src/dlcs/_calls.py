@@ -16,8 +16,8 @@ from .errors import Error, FailedPrecondition, ResourceExhausted, Unavailable, i
 
 _SERVICES = ("SolverService", "JobService", "ProblemService")
 
-# Calls that change nothing: gRPC repeats them where no server answers, as for the seconds of a restart. Of a stream it
-# repeats the start; what breaks later is the caller's, who knows what has come.
+# Calls that change nothing. gRPC repeats them if no server responds, as during the seconds of a restart. It repeats the
+# start of a stream; errors later in the stream are left to the caller, who knows what was received.
 _READS = {
     "SolverService": ("GetCapabilities", "AnalyzeProblem", "SolveLcp", "SolveDcp"),
     "JobService": ("GetSolveJob", "ListSolveJobs", "WatchSolveJob", "ReadTrajectory", "ReadEnsemble"),
@@ -46,17 +46,17 @@ _OPTIONS = [
     ("grpc.max_receive_message_length", -1),
     ("grpc.max_send_message_length", -1),
     ("grpc.service_config", json.dumps(_RETRIES)),
-    # Each attempt finds a server that is back, instead of the failure of an earlier connection.
+    # Each attempt reconnects at once, so that it finds a restarted server instead of failing like the one before.
     ("grpc.initial_reconnect_backoff_ms", 100),
     ("grpc.min_reconnect_backoff_ms", 1000),
     ("grpc.max_reconnect_backoff_ms", 500),
 ]
 
-_process: Optional[int] = None  # that has made channels
+_process: Optional[int] = None  # the process that has created channels
 
 
 def check_process() -> None:
-    """Raises FailedPrecondition in a fork of a process that has made channels: gRPC's threads are missing there, and
+    """Raises FailedPrecondition in a fork of a process that has created channels: gRPC's threads are missing there, and
     calls may hang."""
     global _process
     if _process is None:
@@ -105,7 +105,7 @@ class Connection:
         options = list(_OPTIONS)
         if module is grpc:
             # The caller's thread reads its streams itself. A second thread would need locks, and Ctrl-C just after the
-            # caller took one leaves it taken, so that later calls wait for ever.
+            # caller has acquired one leaves it locked, so that later calls wait forever.
             options.append((ChannelOptions.SingleThreadedUnaryStream, 1))
         if self._pem[0] is None:
             return module.insecure_channel(self.server, options)
@@ -149,7 +149,7 @@ def methods(channel: Any) -> Dict[str, Any]:
 
 
 def _method_proto(service: Any, name: str) -> Any:
-    """Old versions of protobuf know only here whether a method streams."""
+    """The proto of a method. In old versions of protobuf only this says whether the method streams."""
     from google.protobuf import descriptor_pb2
 
     proto = descriptor_pb2.ServiceDescriptorProto()
@@ -165,7 +165,7 @@ def job_request(request: Any, request_id: str, priority: int) -> Any:
 
 
 def with_terms(request: Any, request_id: str, priority: int, deadline: Optional[float] = None) -> Any:
-    """`request`, which creates a job, with what is said of the job itself."""
+    """`request`, which creates a job, with its fields about the job itself set."""
     request.request_id = text("request_id", request_id)
     request.priority = whole("priority", priority, 32)
     if deadline is not None:
@@ -190,15 +190,15 @@ def watch_request(name: str, after: int) -> Any:
 
 
 class Attempts:
-    """The attempts of one call within its timeout. A busy server refuses a call before it does anything, and says when
-    to try again."""
+    """The attempts of one call within its timeout. A busy server refuses a call before it does anything, with the delay
+    after which to try again."""
 
     def __init__(self, timeout: Optional[float], request: Any):
         self._end = math.inf if timeout is None else time.monotonic() + timeout
         self._repeatable = hasattr(request, "SerializeToString")  # an iterator of requests is used up
 
     def answered(self) -> None:
-        """There is a response, which another attempt would repeat."""
+        """Records a response, after which the call must not be repeated."""
         self._repeatable = False
 
     def timeout(self) -> Optional[float]:
@@ -206,18 +206,18 @@ class Attempts:
         return None if self._end == math.inf else max(0.0, self._end - time.monotonic())
 
     def pause(self, error: Error) -> float:
-        """Seconds to wait before the next attempt. Raises `error` where none would help or be in time."""
+        """Seconds to wait before the next attempt. Raises `error` if an attempt would not help, or would be too late."""
         if not (self._repeatable and isinstance(error, ResourceExhausted) and error.retry_after is not None):
             raise error
-        # Callers that were refused together do not return together.
+        # Random, so that callers that were refused together do not retry together.
         pause = error.retry_after * random.uniform(1, 1.5)
         if time.monotonic() + pause >= self._end:
             raise error
         return pause
 
 
-class Following:
-    """Where a reader of an ensemble is, and when it calls again after its connection broke."""
+class EnsembleFollower:
+    """The position of a reader of an ensemble, and the delays of its retries after a broken connection."""
 
     def __init__(self, name: str, patience: Any):
         if not (isinstance(patience, (int, float)) and patience >= 0):
@@ -234,8 +234,8 @@ class Following:
         self._broken_since, self._pause = None, 0.05
 
     def pause(self, error: Optional[Error]) -> float:
-        """Seconds to wait before the next call, after one that ended by `error` or by itself. Raises `error` where
-        another call would not help, or after the patience has ended."""
+        """Seconds to wait before the next call, after one that ended with `error` or without one. Raises `error` if a
+        retry would not help, or if the patience is exhausted."""
         error = error or Unavailable("the server ended the stream before the ensemble ended", "UNAVAILABLE")
         now = time.monotonic()
         if self._broken_since is None:

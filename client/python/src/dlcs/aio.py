@@ -12,7 +12,7 @@ from . import messages, solution
 from ._calls import (
     Attempts,
     Connection,
-    Following,
+    EnsembleFollower,
     check_is_solve,
     check_process,
     default_server,
@@ -54,7 +54,7 @@ class Client:
         server = server or default_server() or private_server(dlcsd)
         self._connection = Connection(server, token, ca, cert, key, timeout)
         self._closed = False
-        self._loop: Optional[asyncio.AbstractEventLoop] = None  # in which the channel works
+        self._loop: Optional[asyncio.AbstractEventLoop] = None  # the loop of the channel
 
     def _method(self, name: str) -> Any:
         check_process()
@@ -181,19 +181,19 @@ class Client:
 
     async def shards(self, name: str, patience: float = 60) -> AsyncIterator[Any]:
         """The results of an ensemble as they are stored, each EnsembleShard once, over broken connections."""
-        following = Following(name, patience)
+        follower = EnsembleFollower(name, patience)
         while True:
             broken: Optional[Error] = None
             try:
-                async for page in self.stream("ReadEnsemble", following.request):
-                    following.take(page)
+                async for page in self.stream("ReadEnsemble", follower.request):
+                    follower.take(page)
                     if page.HasField("shard"):
                         yield page.shard
             except Error as error:
                 broken = error
-            if following.complete:
+            if follower.complete:
                 return
-            await asyncio.sleep(following.pause(broken))
+            await asyncio.sleep(follower.pause(broken))
 
     async def ensemble(self, name: str, patience: float = 60) -> Ensemble:
         """Waits for the end of an ensemble and reads its results."""

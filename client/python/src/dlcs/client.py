@@ -13,7 +13,7 @@ from . import messages
 from ._calls import (
     Attempts,
     Connection,
-    Following,
+    EnsembleFollower,
     check_is_solve,
     check_process,
     default_server,
@@ -39,7 +39,7 @@ class Client:
       server: HOST:PORT or unix:/PATH. None: DLCS_SERVER, or else a private server on this machine.
       token: of the user, on servers with users.
       ca, cert, key: PEM files for TLS: the authority of the server, and this client's own certificate.
-      timeout: seconds for a call, with the time that a busy server asks to wait; None waits for ever.
+      timeout: seconds for a call, with the time that a busy server asks to wait; None waits forever.
       dlcsd: the program of a private server.
     """
 
@@ -199,22 +199,22 @@ class Client:
     def shards(self, name: str, patience: float = 60) -> Iterator[Any]:
         """The results of an ensemble as they are stored, until it ends: each EnsembleShard once.
 
-        The columns of its values are those of job(name).ensemble. After a broken connection it calls again and goes
-        on behind the last shard, unless no call has succeeded for `patience` seconds.
+        The columns of its values are those of job(name).ensemble. After a broken connection it calls again and resumes
+        after the last shard, unless no call has succeeded for `patience` seconds.
         """
-        following = Following(name, patience)
+        follower = EnsembleFollower(name, patience)
         while True:
             broken: Optional[Error] = None
             try:
-                for page in self.call("ReadEnsemble", following.request):
-                    following.take(page)
+                for page in self.call("ReadEnsemble", follower.request):
+                    follower.take(page)
                     if page.HasField("shard"):
                         yield page.shard
             except Error as error:
                 broken = error
-            if following.complete:
+            if follower.complete:
                 return
-            time.sleep(following.pause(broken))
+            time.sleep(follower.pause(broken))
 
     def ensemble(self, name: str, patience: float = 60) -> Ensemble:
         """Waits for the end of an ensemble and reads its results, those stored so far if it was stopped.
@@ -255,7 +255,7 @@ _CLIENTS_LOCK = threading.Lock()
 
 
 def _renew_lock() -> None:
-    """Another thread may have held the lock at the fork."""
+    """Called in a fork, since another thread may have held the lock when it was made."""
     global _CLIENTS_LOCK
     _CLIENTS_LOCK = threading.Lock()
 

@@ -64,6 +64,6 @@ def read_deck(
 
 
 def _lines(text: bytes) -> List[str]:
-    """What the program said, without its name before it."""
+    """The lines that the program printed, without its name in front."""
     lines = text.decode("utf-8", "replace").splitlines()
     return [line[len("dlcs: ") :] if line.startswith("dlcs: ") else line for line in lines]

@@ -19,7 +19,7 @@ def ensemble_request(members: Any, *args: Any, keep: Any = None, shard_members: 
     columns = _columns(members)
     first = members[0] if columns is None else {name: column[0] for name, column in columns.items()}
     if "x0" not in kwargs and "t_span" in kwargs and "x0" in first:
-        kwargs["x0"] = first["x0"]  # of no use but to have one
+        kwargs["x0"] = first["x0"]  # required, but not used
     solve = solve_request(*args, **kwargs)
     result = messages.CreateEnsembleJobRequest(title=solve.title)
     try:
@@ -37,7 +37,7 @@ def ensemble_request(members: Any, *args: Any, keep: Any = None, shard_members: 
         return result
     begin, _ = span_and_times(kwargs)
     tol = kwargs.get("tol")
-    add = _Adding(solve.problem, begin, DEFAULT_TOL if tol is None else tolerance(tol), target)
+    add = _MemberAdder(solve.problem, begin, DEFAULT_TOL if tol is None else tolerance(tol), target)
     for k, part in enumerate(members):
         add(k, part)
     return result
@@ -88,7 +88,7 @@ def _add_columns(target: Any, columns: Dict[str, np.ndarray], m: int) -> None:
             member.parameters.add(name=name, value=values[k])
 
 
-class _Adding:
+class _MemberAdder:
     """Adds members to a request."""
 
     def __init__(self, problem: Any, begin: float, tol: float, target: Any):
@@ -149,7 +149,7 @@ class Ensemble:
 
     def __init__(self, job: Any):
         if not job.HasField("ensemble"):
-            raise FailedPrecondition(f"{job.name} is no ensemble", "FAILED_PRECONDITION")
+            raise FailedPrecondition(f"{job.name} is not an ensemble", "FAILED_PRECONDITION")
         about = job.ensemble
         self.columns = column_names(about.columns)
         self.values = np.full((about.members, len(self.columns)), np.nan)

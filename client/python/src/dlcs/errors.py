@@ -87,7 +87,7 @@ _CLASSES = {
 
 
 def shortened(value: Any) -> str:
-    """`value` as messages show it."""
+    """`value` as text for messages, at most 80 characters long."""
     try:
         shown = repr(value)
     except Exception:  # of a class of the caller

@@ -49,7 +49,7 @@ def private_server(dlcsd: Optional[str] = None) -> str:
 
 
 def _renew_lock() -> None:
-    """Another thread may have held the lock at the fork."""
+    """Called in a fork, since another thread may have held the lock when it was made."""
     global _lock
     _lock = threading.Lock()
 
@@ -85,7 +85,7 @@ class _Server:
         return self._process is not None and self._process.poll() is None
 
     def stop(self) -> None:
-        if os.getpid() != self._parent:  # a fork
+        if os.getpid() != self._parent:  # in a fork
             return
         if self._process is not None:
             self._process.terminate()
@@ -106,7 +106,7 @@ class _Server:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 preexec_fn=self._end_with_parent,
-                start_new_session=True,  # Ctrl-C is for the caller, who may go on
+                start_new_session=True,  # Ctrl-C is for the caller, which may continue
                 text=True,
             )
         except (OSError, subprocess.SubprocessError) as error:
@@ -116,9 +116,9 @@ class _Server:
         with process.stdout, process.stderr:
             if not process.stdout.readline().startswith("dlcsd listening on "):
                 os.killpg(process.pid, signal.SIGKILL)
-                self._error = process.stderr.read().strip() or "it is no dlcsd, or ended without a message"
+                self._error = process.stderr.read().strip() or "it is not a dlcsd, or ended without a message"
             self._started.set()
-            for _ in process.stderr:  # its log, which must not fill the pipe
+            for _ in process.stderr:  # discards the log, which must not fill the pipe
                 pass
         process.wait()
 
@@ -138,7 +138,7 @@ def _locked(path: pathlib.Path) -> int:
 
 
 def _remove_folders_of_dead_processes() -> None:
-    """After kill -9 nobody else does. A folder without a lock file is just being made."""
+    """Removes folders that a process killed by kill -9 has left. A folder without a lock file is just being created."""
     for folder in pathlib.Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
         with contextlib.suppress(OSError):  # of another user, or gone
             if folder.is_symlink() or folder.stat().st_uid != os.geteuid():

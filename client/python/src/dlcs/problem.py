@@ -32,7 +32,7 @@ def numbers(name: str, value: Any, dimensions: int) -> np.ndarray:
             raise ValueError(f"{array.size} numbers; at most {_MOST_NUMBERS}, and larger matrices as sparse ones")
         array = np.array(array, dtype=float, ndmin=dimensions)
     except (TypeError, ValueError, OverflowError) as error:
-        raise invalid(name, f"is no array of numbers: {error}") from None
+        raise invalid(name, f"is not an array of numbers: {error}") from None
     if array.ndim != dimensions:
         raise invalid(name, f"has {array.ndim} dimensions; must have {dimensions}")
     return array
@@ -72,10 +72,10 @@ def _set_options(options: Any, given: dict) -> None:
     for name, value in given.items():
         field = fields.get(name)
         if name == "output_times":
-            raise invalid(name, "is no option; did you mean t_eval?")
+            raise invalid(name, "is not an option; did you mean t_eval?")
         if field is None:
             near = difflib.get_close_matches(name, fields, 1)
-            raise invalid(name, "is no option" + (f"; did you mean {near[0]}?" if near else ""))
+            raise invalid(name, "is not an option" + (f"; did you mean {near[0]}?" if near else ""))
         if field.enum_type is not None and isinstance(value, str):
             prefix = next(iter(field.enum_type.values_by_name)).rsplit("UNSPECIFIED", 1)[0]
             full = value if value.startswith(prefix) else prefix + value.upper().replace("-", "_")
@@ -254,7 +254,7 @@ def _set_run(
     request: Any, options: dict, tol: Optional[float], t_eval: Optional[Sequence[float]], begin: float
 ) -> None:
     """How the problem of the request is solved."""
-    if "grid_times" in options:  # of the caller, whose span may begin anywhere
+    if "grid_times" in options:  # times of the caller, whose span may begin anywhere
         options["grid_times"] = numbers("grid_times", options["grid_times"], 1) - begin
     _set_options(request.options, options)
     if tol is not None:
@@ -271,7 +271,7 @@ def span_and_times(arguments: Dict[str, Any]) -> Tuple[float, Optional[np.ndarra
 
 
 def set_output_times(request: Any, times: Sequence[float], begin: float, name: str = "t_eval") -> None:
-    """Asks for the trajectory at these times of the caller, which must increase and lie in the span."""
+    """Sets the output times. They are times of the caller, which must increase and lie in the span."""
     times = numbers(name, times, 1)
     # Of a periodic solution one period is returned.
     horizon = request.options.period if request.options.period > 0 else request.problem.horizon

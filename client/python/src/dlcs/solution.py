@@ -110,7 +110,7 @@ class Solution:
         Between nodes x is not interpolated here: the server solves once more with these output times, so that the
         tolerance holds at each of them. Cost: a solve for each call, however many times it has.
 
-        Raises InvalidArgument: t is no number or list, or outside the span or the part that was solved; or x is wanted
+        Raises InvalidArgument: t is not a number or list, or outside the span or the part that was solved; or x is wanted
         between nodes of a solution that does not know its problem, as that of a job or a copy from another process.
         """
         flat, place = self._sorted_times(t)
@@ -123,7 +123,7 @@ class Solution:
         return self
 
     def _sorted_times(self, t: Any) -> Tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
-        """The different times in t, and what puts a column for each of them where t has it."""
+        """The distinct times in t, and a function that arranges columns for them in the order of t."""
         is_list = isinstance(t, (list, tuple, range)) or bool(getattr(t, "shape", ()))
         times = numbers("t", t, 1 if is_list else 0)
         if not np.all(np.isfinite(times)):
@@ -145,7 +145,7 @@ class Solution:
 
     def _repeat(self) -> Callable[[np.ndarray], Any]:
         if self._again is None:
-            raise invalid("t", "is no node, and the problem is not at hand to solve it again")
+            raise invalid("t", "is not a node, and the problem is not at hand to solve it again")
         return self._again
 
     @staticmethod
@@ -155,7 +155,7 @@ class Solution:
         return again.x
 
     def __getstate__(self) -> Dict[str, Any]:
-        """For copies and other processes: all but the way back to the problem."""
+        """The state for copies and other processes: everything except the connection to the problem."""
         state = dict(self.__dict__, _again=None)
         for name in ("verdict", "accuracy", "certificate"):  # parts of the summary
             state.pop(name, None)

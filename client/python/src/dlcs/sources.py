@@ -88,7 +88,7 @@ def _fit(
             try:
                 returned = function(t)
                 value = np.atleast_1d(np.asarray(returned, dtype=float))
-            except Exception as error:  # whatever the caller's function raises
+            except Exception as error:  # of the caller's function
                 raise invalid(name, f"fails at t = {t!r}: {type(error).__name__}: {error}") from error
             if value.shape != (size,):
                 raise invalid(name, f"returns shape {value.shape} at t = {t!r}; must be ({size},)")

@@ -112,7 +112,7 @@ TEST(HealthCommandTest, ExitsWithThreeWhereNobodyAnswers) {
   EXPECT_EQ(nobody.out, "");
   EXPECT_THAT(nobody.err, HasSubstr("no server answers at 127.0.0.1:1 (Connection refused). Check"));
 
-  // One that takes connections, and nothing more.
+  // A server that accepts connections, and does nothing else.
   const int mute = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ctrl-C and SIGTERM as the built program takes them: real processes, real signals.
+// Ctrl-C and SIGTERM with the built program: real processes, real signals.
 #include "client/cli/commands/interrupt.h"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ class InterruptTest : public ::testing::Test {
  protected:
   InterruptTest() { std::ofstream(problem_) << kEasyProblem; }
 
-  // Takes minutes, and says so when it begins.
+  // A solve that takes minutes, and reports when it begins.
   std::vector<std::string> LongSolve(const std::vector<std::string>& options = {}) const {
     std::vector<std::string> arguments = {"solve", problem_, "--method", "wu-chen-iteration", "--steps", "200000"};
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -62,7 +62,7 @@ class InterruptTest : public ::testing::Test {
     return jobs.ok() && jobs->size() == 1 ? jobs->front() : v1::SolveJob();
   }
 
-  // The one job, once it has come so far.
+  // The only job, when it has reached this state.
   v1::SolveJob AwaitProgress(double progress) {
     v1::SolveJob job = TheJob();
     while (job.progress() < progress) job = TheJob();
@@ -174,7 +174,7 @@ TEST_F(InterruptTest, MembersThatRunOnAServerAreStoppedAndTold) {
   program.Send({SIGINT});
   const ProgramOutcome outcome = program.Await();
   EXPECT_EQ(outcome.code, 130);
-  // From the server: without its word, nothing would be known of the member that ran.
+  // The server reports it: otherwise nothing would be known of the member that was running.
   EXPECT_THAT(outcome.out, HasSubstr("1 reached T, 1 stopped"));
 }
 

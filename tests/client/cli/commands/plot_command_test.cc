@@ -54,7 +54,7 @@ TEST_F(PlotCommandTest, DrawsEveryComponentByItsName) {
   EXPECT_EQ(ContentOf(png).substr(1, 3), "PNG");
 }
 
-// What a picture shows is what gnuplot wrote as text: legend, labels of axes and ticks.
+// The text that gnuplot wrote into a picture: legend, labels of axes and ticks.
 TEST_F(PlotCommandTest, DrawsTheComponentsThatAreChosen) {
   const std::string picture = folder_.File("result.svg");
   const auto drawn = [&](const std::string& options) {
@@ -108,7 +108,7 @@ TEST_F(PlotCommandTest, ASolveDrawsAndPrintsTheSameTable) {
   EXPECT_THAT(drawn.out, HasSubstr(plain.out.substr(begin, end - begin)));
   EXPECT_THAT(drawn.err, HasSubstr("wrote " + picture));
   EXPECT_THAT(ContentOf(picture), AllOf(HasSubstr("<svg"), HasSubstr(">diode<"), HasSubstr("SOLVED within")));
-  // CSV is written as it comes, and the picture needs it all.
+  // CSV is written as it arrives, and the picture needs all of it.
   const std::string png = folder_.File("solve.png"), csv = folder_.File("solve.csv");
   ASSERT_EQ(RunDlcs(solve + " --output '" + csv + "' --plot '" + png + "'").code, 0);
   EXPECT_EQ(ContentOf(png).substr(1, 3), "PNG");

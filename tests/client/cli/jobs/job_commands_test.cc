@@ -28,7 +28,7 @@ using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 using ::testing::Not;
 
-// M = 0 and N B = 0: refused by the mathematics.
+// M = 0 and N B = 0: there is no solution without impact laws.
 constexpr const char* kUnsupported =
     R"json({"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]],
             "x0": [1, 0], "T": 4, "f": [0, -1], "g": [0]})json";
@@ -108,7 +108,7 @@ TEST_F(JobCommandsTest, WatchExitsAsSolveWould) {
   EXPECT_EQ(watched.code, 1) << watched.err;
   EXPECT_THAT(watched.err, HasSubstr("UNSUPPORTED"));
   EXPECT_EQ(Dlcs("result " + job).code, 1);
-  // As "succeeded", the state of a job that ran to its end, does not say.
+  // The state of the job, "succeeded", does not show this.
   const std::string rough = Submit(kEasyProblem, "--steps 10 --no-estimate-error");
   EXPECT_EQ(Dlcs("watch --quiet " + rough).code, 0);
   EXPECT_THAT(Dlcs("get " + rough).out, HasSubstr("verdict    reached T, error not estimated: Reached T"));

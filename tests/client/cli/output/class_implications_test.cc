@@ -18,7 +18,7 @@ Matrix RandomMatrix(std::mt19937& random) {
   return Matrix::NullaryExpr(n, n, [&] { return static_cast<double>(entry(random)); });
 }
 
-// Of small integers, so that all classes occur, and with them their borders.
+// Matrices of small integers, so that all classes occur, and their boundary cases.
 TEST(ClassImplicationsTest, NoMatrixContradictsThem) {
   std::mt19937 random(20130);
   std::map<std::string, int> seen;
@@ -51,7 +51,7 @@ bool Reaches(std::string_view from, std::string_view to) {
   return false;
 }
 
-// In a circle everything would follow, and nothing would be left to say.
+// With a cycle, every answer would follow from another, and none would be printed.
 TEST(ClassImplicationsTest, HaveNoCircles) {
   for (const auto& [narrow, wide] : ClassImplications()) EXPECT_FALSE(Reaches(wide, narrow)) << narrow << ", " << wide;
 }

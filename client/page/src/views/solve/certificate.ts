@@ -127,9 +127,9 @@ function costPart(cost: Cost, {propagator}: Summary): HTMLElement {
     ['linear algebra', cost.secondsLinear],
     ['certificate', cost.secondsCertificate],
   ];
-  const told = parts.reduce((sum, [, seconds]) => sum + seconds, 0);
-  parts.push(['the rest', Math.max(0, cost.secondsTotal - told)]);
-  const whole = Math.max(cost.secondsTotal, told);
+  const listed = parts.reduce((sum, [, seconds]) => sum + seconds, 0);
+  parts.push(['the rest', Math.max(0, cost.secondsTotal - listed)]);
+  const whole = Math.max(cost.secondsTotal, listed);
   return section(
     'Time',
     facts([

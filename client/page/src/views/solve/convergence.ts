@@ -10,8 +10,8 @@ import type {SolveData} from '../../solve/data';
 import {type Panel, section} from './panel';
 
 const mostMarks = 80;
-// On long windows the bound grows astronomically before it falls. Beyond so many decades above the changes it leaves
-// the plot at the top, unless all of it is wanted.
+// On long windows the bound grows astronomically before it falls. More than this many decades above the changes it
+// leaves the plot at the top, unless the user wants all of it.
 const farAbove = 3;
 
 export class ConvergencePanel implements Panel {

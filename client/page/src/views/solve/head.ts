@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The title of a solve, how far it is, and what can be done with it.
+// The title of a solve, its progress, and its actions.
 
 import {h, setText, show} from '../../dom';
 import {errorText} from '../../rpc/errors';
@@ -8,7 +8,7 @@ import {writers} from '../../solve/download';
 export interface Progress {
   title: string;
   state: string;
-  /** The state that it looks like. */
+  /** The state whose look it has. */
   look: string;
   /** 0 to 1. */
   part: number;
@@ -67,7 +67,7 @@ export class Head {
     show(this.files, ended && canDownload);
   }
 
-  tell(trouble: string | null): void {
+  showTrouble(trouble: string | null): void {
     setText(this.trouble, trouble ?? '');
     show(this.trouble, trouble !== null);
   }
@@ -85,7 +85,7 @@ export class Head {
       try {
         await act?.();
       } catch (error) {
-        this.tell(errorText(error));
+        this.showTrouble(errorText(error));
       } finally {
         button.disabled = false;
       }

@@ -9,7 +9,7 @@ import type {Kind, Trajectory} from '../../solve/trajectory';
 import {type Panel, section} from './panel';
 
 const fewest = 8;
-// Up to so many numbers all components are loaded without asking.
+// Up to this many numbers, all components are loaded without asking the user.
 const few = 2e6;
 
 export class HeatMapPanel implements Panel {

@@ -14,7 +14,7 @@ export function section(title: string, ...children: Child[]): HTMLElement {
   return h('section', {class: 'card'}, h('h2', {}, title), ...children);
 }
 
-/** Terms and what they are. Empty ones are left out. */
+/** A list of terms and their values. Rows with an empty value are omitted. */
 export function facts(rows: [string, Child][]): HTMLElement {
   return h(
     'dl',

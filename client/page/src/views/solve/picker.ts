@@ -44,16 +44,16 @@ export class Picker {
 
   private field(): HTMLElement[] {
     const input = h('input', {id: this.id, value: '1-4', spellcheck: 'false', autocomplete: 'off'});
-    const told = h('span', {class: 'error', role: 'alert'});
+    const notice = h('span', {class: 'error', role: 'alert'});
     input.addEventListener('change', () => {
       const chosen = parseRanges(input.value, this.total);
-      told.textContent = chosen === null ? `must be numbers from 1 to ${this.total}, such as 1-4, 9` : '';
+      notice.textContent = chosen === null ? `must be numbers from 1 to ${this.total}, such as 1-4, 9` : '';
       if (chosen === null) return;
-      if (chosen.length > mostChosen) told.textContent = `the first ${mostChosen} are shown`;
+      if (chosen.length > mostChosen) notice.textContent = `the first ${mostChosen} are shown`;
       this.chosen = chosen.slice(0, mostChosen);
       this.onChange();
     });
-    return [h('label', {for: this.id}, `${this.title}, of ${this.total}`), input, told];
+    return [h('label', {for: this.id}, `${this.title}, of ${this.total}`), input, notice];
   }
 }
 

@@ -17,7 +17,7 @@ const mostMarks = 400;
 export class TrajectoriesPanel implements Panel {
   readonly element: HTMLElement;
   private readonly range = new SharedRange();
-  private readonly told = h('p', {class: 'now'});
+  private readonly notice = h('p', {class: 'now'});
   private readonly outputs: Picker;
   private readonly states: Picker;
   private readonly pairs: Picker;
@@ -83,7 +83,7 @@ export class TrajectoriesPanel implements Panel {
           button('All', 'Show all', zoom('0')),
         ),
       ),
-      this.told,
+      this.notice,
       this.parts.z,
       this.parts.x,
       this.parts.y,
@@ -129,8 +129,8 @@ export class TrajectoriesPanel implements Panel {
     const length = trajectory?.times.length ?? 0;
     const running = model.curves.length > 0 && (length === 0 || !model.ended);
     show(this.element, length > 0 || running || !model.ended);
-    setText(this.told, length > 0 || running ? '' : 'The solution appears here as soon as its first part is known.');
-    show(this.told, this.told.textContent !== '');
+    setText(this.notice, length > 0 || running ? '' : 'The solution appears here as soon as its first part is known.');
+    show(this.notice, this.notice.textContent !== '');
     const {states, pairs, outputs} = this.chosen;
     const lines = (kind: Kind, components: number[]): Line[] =>
       components.flatMap((i, k) => {

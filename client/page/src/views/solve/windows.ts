@@ -11,13 +11,13 @@ const drawEvery = 400;
 
 export class WindowsPanel implements Panel {
   readonly element: HTMLElement;
-  private readonly told = h('p');
+  private readonly notice = h('p');
   private readonly rows = h('div');
   private drawnAt = 0;
   private drawn = '';
 
   constructor() {
-    this.element = section('Windows', this.told, h('details', {}, h('summary', {}, 'List of windows'), this.rows));
+    this.element = section('Windows', this.notice, h('details', {}, h('summary', {}, 'List of windows'), this.rows));
   }
 
   update({model: {windows, retries, iterates, ended}}: SolveData): void {
@@ -33,7 +33,7 @@ export class WindowsPanel implements Panel {
     const again = retries === 0 ? 'none of them tried again' : divided;
     const coupled = windows.filter((row) => row.result === 'coupled').length;
     setText(
-      this.told,
+      this.notice,
       `${count(windows.length - retries, 'window')}, ` +
         again +
         `${coupled === 0 ? '' : `; ${coupled} solved by a coupled step instead`}.`,
