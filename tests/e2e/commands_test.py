@@ -39,13 +39,13 @@ ARGUMENTS = [word for word in sys.argv[1:] if not word.startswith("--")]
 PROJECT, DLCS, DLCSD = (pathlib.Path(word).resolve() for word in (ARGUMENTS + 3 * [""])[:3])
 CHOSEN = [pathlib.Path(word).resolve() for word in ARGUMENTS[3:]]
 WRITE_PICTURES = "--write-pictures" in sys.argv
-AT_ONCE = 2  # documents; most of their time is that of starting programs
+AT_ONCE = 2  # documents that run at the same time; they spend most of it starting programs
 SKIPPED = 77
 UNSHARE = ["unshare", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
 if os.geteuid() != 0:
     UNSHARE.append("--map-root-user")
 
-# What is not run: why, and regular expressions for the beginning of the commands.
+# Commands that are not run: the reason, and regular expressions for their beginning.
 NOT_RUN = (
     ("builds everything; CI runs test.sh", "deploy/quickstart.sh", "deploy/test.sh", "deploy/check-build.sh"),
     ("takes long, and needs a build by Clang", "deploy/fuzz.sh"),
@@ -101,7 +101,7 @@ def difference(shown, output):
 
 
 def without_empty_groups(svg):
-    """gnuplot opens a group for each change of its pen, and draws nothing in most of them."""
+    """Removes empty groups: gnuplot opens one for each change of its pen, and draws nothing in most of them."""
     while True:
         smaller = re.sub(r"<g [^>]*>\s*</g>\n?", "", svg)
         if smaller == svg:
@@ -207,7 +207,7 @@ class CommandsTest(unittest.TestCase):
             ours, theirs = kept.read_text().splitlines(), drawn.splitlines()
             self.assertEqual(len(ours), len(theirs), name)
             for one, other in zip(ours, theirs):
-                # A tenth of a pixel, or a digit of the estimated error in the title.
+                # Allows a tenth of a pixel, or a digit of the estimated error in the title.
                 self.assertTrue(same(one, other, slack=0.1), f"{name}\n{one}\n{other}")
 
     def test_nothing_that_looks_like_a_command_is_taken_for_text(self):
@@ -280,7 +280,7 @@ class CommandsTest(unittest.TestCase):
 
 
 def run_inside(database):
-    """Runs the script of the working folder, with a loopback interface, and without what it writes elsewhere."""
+    """Runs the script of the working folder, with a loopback interface, and with its writes elsewhere discarded."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
         up_and_running = struct.pack("16sh", b"lo", 0x1 | 0x40)
         fcntl.ioctl(any_socket, 0x8914, up_and_running)  # SIOCSIFFLAGS

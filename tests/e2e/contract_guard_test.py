@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""deploy/check-proto.sh accepts the contract as it is, and nothing that would break a user's program.
+"""deploy/check-proto.sh accepts the contract as it is, and nothing that would break a program of a user.
 
 Usage: contract_guard_test.py SOURCE_FOLDER. Exit code 77 where buf cannot be had: nothing was tested then.
 """
@@ -23,7 +23,7 @@ def check(*folder):
 
 class ContractGuardTest(unittest.TestCase):
     def refused(self, file, old, new):
-        """What the guard says of the contract with `old` replaced by `new`."""
+        """The result of the guard for the contract with `old` replaced by `new`."""
         with tempfile.TemporaryDirectory() as folder:
             changed = pathlib.Path(folder) / "proto"
             shutil.copytree(SOURCE / "proto", changed)

@@ -30,7 +30,7 @@ class Command(NamedTuple):
     output: List[str]
 
 
-# Programs that documents name and that need not be installed here, and commands of the shell.
+# Programs in documents that need not be installed here, and commands of the shell.
 _PROGRAMS = ("dlcs", "dlcsd", "buf", "docker", "kubectl", "npm", "systemctl", "cd", "export", "umask")
 # Programs that are the first word of a formula.
 _LETTERS = ("w", "x", "y")

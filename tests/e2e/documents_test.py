@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Links of the documents lead somewhere, and tables of files name files that exist. And no line of the project is
-longer than 120 columns. commands_test.py runs the commands.
+"""Links in the documents have targets, and tables of files name files that exist. And no line of the project is longer
+than 120 columns. commands_test.py runs the commands.
 
     documents_test.py PROJECT_FOLDER
 """

@@ -3,7 +3,7 @@
 """A client in another language: Debian's grpcio with stubs generated from proto/ alone.
 
 Solves example 4.1 of Chen & Xiang on a real dlcsd and compares with the closed form, reads the order of the
-events, and takes a refusal apart. Usage: foreign_client_test.py DLCSD PROTO_FOLDER
+events, and decodes the details of a refusal. Usage: foreign_client_test.py DLCSD PROTO_FOLDER
 """
 
 import importlib
@@ -37,7 +37,7 @@ def generate_stubs():
         check=True,
     )
     sys.path.insert(0, STUBS.name)
-    # google is a package of the system's protobuf already; let it find ours too.
+    # The system's protobuf has a package google already; it must find ours too.
     import google
 
     google.__path__.append(str(pathlib.Path(STUBS.name) / "google"))
@@ -192,7 +192,7 @@ class ForeignClientTest(unittest.TestCase):
         self.assertEqual((info.reason, info.domain), ("INVALID_REQUEST", "dlcs.v1"))
 
     def test_reflection_describes_the_services_that_it_lists(self):
-        # The messages by hand: field 4 of the request is the symbol, and the answer holds the names of files.
+        # Reads the messages without stubs: field 4 of the request is the symbol, and the response holds names of files.
         ask = self.channel.stream_stream(
             "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
             request_serializer=bytes,

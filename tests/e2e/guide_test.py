@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The five problems of client/guide against second solutions that do not come from dlcs: closed forms, SciPy, a
-binomial tree, published values.
+"""The five problems of client/guide compared with solutions that do not come from dlcs: closed forms, SciPy, a binomial
+tree, published values.
 
     guide_test.py PROJECT_FOLDER DLCS
 """
@@ -312,7 +312,7 @@ class EconomyTest(unittest.TestCase):
             return y
 
         def power(x, stopped):
-            """What decides: the production of power, or its surplus with the sign changed."""
+            """The quantity that decides: the production of power, or its surplus with the opposite sign."""
             y = supply(x, stopped)
             return -(y - C @ y - x)[1] if stopped else y[1]
 

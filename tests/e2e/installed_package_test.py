@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Installs dlcs into a folder of its own and builds the programs of installed_package/ against it, as a stranger would.
+"""Installs dlcs into a folder of its own and builds the programs of installed_package/ against it, as a user does.
 
 The system x' = y - 1, 0 <= y ⟂ x + y >= 0, x(0) = 1 slides down to 0 at t = 1 and then follows x' = -x - 1:
 x(2) = exp(-1) - 1. Usage: installed_package_test.py CMAKE BUILD_FOLDER CXX
@@ -26,7 +26,7 @@ def run(*command):
 
 
 def install(name, *components):
-    """To a place from where the package is then moved: it must not remember where it was."""
+    """Installs to a folder that is then moved, since the package must work at any place."""
     for component in components:
         run(CMAKE, "--install", BUILD, "--prefix", ROOT / "first", "--component", component)
     return (ROOT / "first").rename(ROOT / name)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""deploy/kubernetes and deploy/compose.yaml say what dlcsd understands and what fits together.
+"""deploy/kubernetes and deploy/compose.yaml have settings that dlcsd accepts and that fit together.
 
 Usage: manifests_test.py DLCSD DLCS DEPLOY_FOLDER
 """
@@ -138,7 +138,7 @@ class KubernetesTest(unittest.TestCase):
         for _, container in self.containers():
             with server(container["args"][container["args"].index("--role") + 1]) as address:
                 for kind in ("startupProbe", "livenessProbe"):
-                    # Without a database too: nothing kills a server that waits for one.
+                    # Also without a database: a server that waits for one must not be killed.
                     self.assertEqual(health(address, container[kind]["grpc"].get("service", "")), "SERVING")
                 self.assertEqual(health(address, container["readinessProbe"]["grpc"]["service"]), "NOT_SERVING")
 
@@ -214,7 +214,7 @@ class WorkersTest(unittest.TestCase):
             self.assertNotIn("secret", done.stderr)
 
     def test_a_script_of_slurm_starts_a_worker(self):
-        """With the shell, and dlcsd for sbatch: --check-config shows what the flags became."""
+        """Runs the script with a shell in place of sbatch. --check-config prints the settings."""
         store = "postgresql://dlcs@db/it's?sslmode=require"
         script = workers("slurm", "--store", store, "--cpus", "3", "--time-limit", "90m", "--memory", "2GB",
                          "--partition", "long", "--program", DLCSD)

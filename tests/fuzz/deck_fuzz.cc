@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SPICE decks, as `dlcs netlist` reads them: a deck that is accepted makes a problem file that can be read again, with
-// its outputs and measurements.
+// SPICE decks, as `dlcs netlist` reads them: the problem file of an accepted deck can be read again, with its outputs
+// and measurements.
 
 #include "client/files/problem_file.h"
 #include "client/netlist/netlist.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas from files and messages. The first two letters say how many states and constraints there are: "0" none, "1"
-// one, ...
+// Formulas from files and messages. The first two letters are the numbers of states and constraints: "0" none, "1" one,
+// ...
 #include <algorithm>
 #include <cstring>
 #include <limits>

@@ -9,8 +9,8 @@
 
 namespace dlcs::fuzz {
 
-// Each does with `input` what a program does with text from outside. Whatever the text is, it may neither crash nor
-// hang nor break a promise that the target checks.
+// Each processes `input` as a program processes text from outside. For any text it must not crash, hang, or break a
+// promise that the target checks.
 void TryDeck(const std::string& input);
 void TryFormula(const std::string& input);
 void TryGateway(const std::string& input);

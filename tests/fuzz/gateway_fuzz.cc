@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests to the web port, as text: the request line, headers and the body, as far as a call of gRPC is made of them.
+// Requests to the web port, as text: request line, headers and body are converted to a gRPC call.
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -50,7 +50,7 @@ std::optional<ParsedRequest> ReadRequest(const std::string& input) {
   boost::system::error_code error;
   boost::asio::const_buffer rest(input.data(), input.size());
   while (rest.size() > 0 && !parser.is_done() && !error) rest += parser.put(rest, error);
-  if (!parser.is_header_done() || WhatIsAmbiguous(parser.get()) != nullptr) return std::nullopt;
+  if (!parser.is_header_done() || AmbiguityOf(parser.get()) != nullptr) return std::nullopt;
   const auto& headers = parser.get();
   Require(headers.count(beast_http::field::host) <= 1, "no two hosts pass");
   Require(headers.count(beast_http::field::transfer_encoding) == 0 || parser.chunked(), "codings are chunks");
@@ -68,7 +68,7 @@ void TryHost(std::string_view authority) {
   Require(!hosts.Has(authority) || !host.ends_with(".com"), "other hosts are not ours");
 }
 
-// What a client gets to see of an error.
+// The error as a client receives it.
 void TryStatus(const RpcFormat& format, const absl::Status& error) {
   Require(!error.message().empty(), "a refusal says why");
   const grpc::Status status = ToGrpc(error);
@@ -123,7 +123,7 @@ void TryBody(const RpcFormat& format, const MethodDescriptor& method, std::strin
   for (const std::string& message : *messages) {
     framed += FrameMessage(format, message);
     if (format.json) TryJson(format, *method.input_type(), message);
-    // Bytes are gRPC's to parse; what the server answers is printed.
+    // gRPC parses binary messages; only responses of the server are converted to JSON.
     if (!format.json) (void)MessageToJson(*method.output_type(), message);
   }
   // Base64 has its padding at the end of each message.

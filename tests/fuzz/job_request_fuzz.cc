@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What clients say about jobs: names, pages, tokens, parts of trajectories, times; against a real store that holds a
-// few jobs.
+// Requests about jobs: names, pages, tokens, parts of trajectories, times; with a real store that holds a few jobs.
 #include <optional>
 #include <string>
 
@@ -101,7 +100,7 @@ void TryRead(jobs::JobStore& store, const JobId& id, const v1::ReadTrajectoryReq
   Require(false, "a trajectory ends");
 }
 
-// Times come back as the instants they name, as far as they are in the range of timestamps.
+// Times survive the conversion in both directions if they are in the range of timestamps.
 void TryTime(const google::protobuf::Timestamp& time) {
   const jobs::Time read = FromProto(time);
   const bool in_range =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files with one LCP, one DCP or a model, as `dlcs lcp`, `dlcs dcp` and `dlcs model` read them. What is read is solved
-// where it is tiny.
+// Files with one LCP, one DCP or a model, as `dlcs lcp`, `dlcs dcp` and `dlcs model` read them. Tiny problems are also
+// solved.
 #include "client/files/lcp_file.h"
 #include "client/files/problem_file.h"
 #include "client/local/model.h"

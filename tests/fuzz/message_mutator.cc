@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How libFuzzer changes an input that is a message: a field set, cleared, grown, copied from another input. Bytes
-// changed at random would mostly be no message any more.
+// Mutations of an input that is a message: a field is set, cleared, grown, or copied from another input. Random changes
+// of bytes would rarely give a valid message.
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
@@ -198,7 +198,7 @@ void Change(Message& root, Random& random) {
   SetAny(message, field, random);
 }
 
-// A part of `other` in the place of one of the same type.
+// Replaces a part by a part of `other` with the same type.
 void Cross(Message& root, Message& other, Random& random) {
   std::vector<Message*> places, parts;
   Collect(root, places);

@@ -12,7 +12,7 @@
 
 namespace dlcs::fuzz {
 
-// Null where `input` is no such text, or of a type that no .proto of this program has.
+// Null if `input` is not such a text, or its type is in no .proto of this program.
 std::unique_ptr<google::protobuf::Message> MessageOf(const std::string& input);
 std::string TextOf(const google::protobuf::Message& message);
 

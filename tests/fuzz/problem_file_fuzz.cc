@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problem files, linear and nonlinear, as `dlcs solve` reads them, and what the engine's checks then make of them.
+// Problem files, linear and nonlinear, as `dlcs solve` reads and validates them.
 #include "client/files/problem_file.h"
 #include "server/session/solve_session.h"
 #include "tests/fuzz/fuzz_target.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tries every file of the given folders, and every given file, in the order of their names: what was found once, on
-// every machine and with every compiler.
+// Runs every file of the given folders, and every given file, in the order of their names: earlier findings are tested
+// on every machine and with every compiler.
 //
 //     fuzz_replay TARGET FILE_OR_FOLDER...
 
@@ -65,7 +65,7 @@ int main(int count, char** words) {
     std::ifstream stream(file, std::ios::binary);
     if (!stream) return std::fprintf(stderr, "%s: cannot be read\n", file.c_str()), 1;
     const std::string input{std::istreambuf_iterator<char>(stream), {}};
-    // Before, so that it is the last line where the target ends the program.
+    // Printed before the run, so that it is the last line if the target ends the program.
     std::printf("%s\n", file.c_str());
     std::fflush(stdout);
     target->second(input);

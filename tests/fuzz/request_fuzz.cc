@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests as the server takes them: converted, compared with the limits, checked. Nothing is solved.
+// Requests as the server processes them: converted, compared with the limits, validated. Nothing is solved.
 #include <google/protobuf/util/message_differencer.h>
 
 #include "dlcs/v1/solver.pb.h"
@@ -22,7 +22,7 @@ void RequireToldWell(const absl::Status& status) {
   if (absl::IsInvalidArgument(status)) Require(!ViolationsOf(status).empty(), "a refusal names a field");
 }
 
-// What the engine was given says the same on the wire again.
+// Converting the input of the engine back to the wire gives the same message.
 void RequireRoundTrip(const Problem& problem) {
   const v1::Problem first = ToProto(problem);
   std::vector<Violation> violations;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits under which a fuzz target tries thousands of requests a second.
+// Limits with which a fuzz target runs thousands of requests per second.
 
 #ifndef DLCS_TESTS_FUZZ_SMALL_LIMITS_H_
 #define DLCS_TESTS_FUZZ_SMALL_LIMITS_H_
@@ -8,7 +8,7 @@
 
 namespace dlcs::fuzz {
 
-// For what is read and checked, not solved.
+// For requests that are read and validated, but not solved.
 inline SessionLimits SmallLimits() {
   SessionLimits limits;
   limits.max_states = 20'000;
@@ -23,7 +23,7 @@ inline SessionLimits SmallLimits() {
   return limits;
 }
 
-// For what is solved.
+// For requests that are solved.
 inline SessionLimits TinyLimits() {
   SessionLimits limits = SmallLimits();
   limits.max_states = 16;

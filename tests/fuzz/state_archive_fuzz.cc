@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stored states as bytes, with values of every kind in them: as they are, and with the checksum that they lack, so that
-// what is behind it is tried too.
+// Stored states as bytes, with values of every kind in them: as they are, and with a correct checksum, so that the code
+// after its check is tested too.
 #include <algorithm>
 #include <cstring>
 #include <optional>
@@ -32,7 +32,7 @@ struct Everything {
   }
 };
 
-// A number is carried as its eight bytes, whatever they are.
+// A number is stored as its eight bytes, including NaN.
 std::string WithChecksum(const std::string& bytes) {
   StateArchive archive;
   for (std::size_t k = 0; k < bytes.size(); k += sizeof(double)) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of 106 bits as unevaluated sums of two doubles, and small dense matrices of them: what the reference of this
-// suite computes with. A sum or product is right to about 2^-104 of its size, which leaves 16 digits where double has
-// none.
+// Numbers of 106 bits as unevaluated sums of two doubles, and small dense matrices of them: the arithmetic of the
+// reference of this suite. A sum or product is right to about 2^-104 of its size, which leaves 16 digits where double
+// has none.
 //
 // Source: [Dekker 1971] T. J. Dekker. A floating-point technique for extending the available precision. Numerische
 // Mathematik 18,

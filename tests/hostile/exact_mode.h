@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One mode of a system: which w are zero and which y, and what the system is there, x and sources together one linear
-// equation.
+// One mode of a system: which w and which y are zero, and the linear equation that x and the sources together satisfy
+// in it.
 
 #ifndef DLCS_TESTS_HOSTILE_EXACT_MODE_H_
 #define DLCS_TESTS_HOSTILE_EXACT_MODE_H_
@@ -39,7 +39,7 @@ class Mode {
   // Row i is what must stay nonnegative: y_i where active, else w_i.
   const DenseMatrix& signs() const { return signs_; }
   const DenseMatrix& y() const { return y_; }
-  // What is zero as long as the mode lasts, besides what defines y.
+  // The rows that are zero while the mode lasts, in addition to those that define y.
   const std::vector<Column>& invariants() const { return invariants_; }
   const DenseMatrix& derivative() const { return derivative_; }
   bool has_least_element() const { return has_least_element_; }

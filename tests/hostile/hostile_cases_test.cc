@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Systems that were answered wrongly once, one file each in tests/hostile/cases.
+// Systems that once had a wrong answer, one file each in tests/hostile/cases.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ TEST_P(HostileAnswers, AreWithinTheErrorAskedFor) {
   const Reference reference = ReferenceOf(the_case.system);
   for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
     const Trial trial = Try(the_case.system, reference, {.tolerance = tolerance}, 10);
-    // Or refused, where one ulp of the data makes a good part of the error that is asked for, or more.
+    // A refusal is right too, if one ulp of the data makes a large part of the requested error, or more.
     const bool is_limited = trial.judgment == Judgment::kRefusedWithNeed ||
                             (trial.judgment == Judgment::kRefused && 2 * *trial.condition > tolerance);
     EXPECT_TRUE(trial.judgment == Judgment::kRight || is_limited)

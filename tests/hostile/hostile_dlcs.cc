@@ -3,8 +3,8 @@
 //
 //     hostile_dlcs --seeds 0:400 --tolerance 1e-4,1e-7,1e-10,default,steps=1000
 //
-// Prints a line for each failure, a table, and what the figures of the engine are worth. Exit 1 where an answer was
-// wrong.
+// Prints a line for each failure, a table, and the quality of the engine's error estimates. Exits with 1 if an answer
+// was wrong.
 
 #include <algorithm>
 #include <array>

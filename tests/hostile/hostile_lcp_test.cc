@@ -34,7 +34,7 @@ using testing::SolveExactly;
 
 using Reals = std::vector<long double>;
 
-// What a solution may miss, of the numbers that it is summed from.
+// The allowed residual of a solution, relative to the numbers that it is summed from.
 constexpr long double kRounding = 1e-13L;
 // Inside of a march, and on the list of all, a solution is not polished: rounding grows with the condition, to 1e4
 // here.
@@ -97,8 +97,8 @@ struct Tally {
   int tried = 0, solved = 0, infeasible = 0, without_answer = 0;
 };
 
-// What the engine says of a problem, whatever the solver: never wrong, and the one solution where there is one, to
-// `accuracy` in each component.
+// Checks every solver of the engine: the answer is never wrong, and a unique solution is found to `accuracy` in each
+// component.
 void Expect(const Posed& posed, LcpStatus verdict, const Vector& solution, const std::string& solver, Tally& tally,
             long double accuracy = kRounding) {
   SCOPED_TRACE(solver + "\n" + AsFile(posed.doubles));
@@ -198,7 +198,7 @@ TEST(HostileLcpTest, ListsAllBasicSolutions) {
   EXPECT_LT(incomplete, 2 + HostileSeeds(300).count / 500);
 }
 
-// A rule either says why it does not serve, or selects what it promises.
+// A rule either reports why it does not apply, or selects the solution that it promises.
 TEST(HostileLcpTest, FollowsTheRuleInAnyUnits) {
   Tally tally;
   ForCases(400, [&](const Posed& posed) {
@@ -262,7 +262,7 @@ TEST(HostileLcpTest, EverySolverJudgesTheSameWay) {
   EXPECT_LT(tally.without_answer, 1 + tally.tried / 50);
 }
 
-// Nothing is absolute: what is small beside nothing else is what it is.
+// No tolerance is absolute: small numbers that are summed with nothing larger are not rounded to zero.
 TEST(HostileLcpTest, JudgesAProblemByItsOwnNumbers) {
   for (const double q : {-1e-14, -1e-16, -1e-300}) {
     const auto result = SolveLcp(Matrix{{0}}, Vector{{q}}, SolutionRule::kAuto);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Systems said in other words have the same verdict and the same answer. Needs no reference: the engine is judged by
-// itself.
+// Equivalent forms of a system have the same verdict and the same answer. Needs no reference, since the engine is
+// compared with itself.
 
 #include <gtest/gtest.h>
 
@@ -73,7 +73,7 @@ class Metamorphic : public ::testing::TestWithParam<double> {
   double tolerance() const { return GetParam(); }
   double asked() const { return Asked{.tolerance = tolerance()}.error(); }
 
-  // `changed` is `system` in other words: its first states, divided by `units`, are those of `system`.
+  // `changed` is an equivalent form of `system`: its first states, divided by `units`, are those of `system`.
   void ExpectSame(const System& system, const System& changed, const Eigen::VectorXd& units, double allowed,
                   const std::string& what) {
     const Answer first = Solved(system, tolerance()), second = Solved(changed, tolerance());

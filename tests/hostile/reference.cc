@@ -301,7 +301,7 @@ class Walk {
     return true;
   }
 
-  // To the decision that a zero stands for; false where the mode was reported to last.
+  // Steps to the decision that a zero stands for; false if the mode was reported to last.
   bool ReachDecision(Mode& mode, Real begin) {
     const auto next = std::lower_bound(replay_->decisions.begin(), replay_->decisions.end(), ToDouble(time_));
     const double lasted = ToDouble(time_ - begin);
@@ -417,7 +417,7 @@ class Walk {
     }
   }
 
-  // Goes on in `mode` up to its end or `end`; the bits of the pairs that end it, nothing at `end`.
+  // Continues in `mode` to its end or to `end`. Returns the bits of the pairs that end it; absent at `end`.
   std::optional<unsigned> Advance(Mode& mode, Real end) {
     const int n = system_.num_pairs();
     std::vector<Real> floor(n);  // where a row starts below zero by rounding it is judged from there

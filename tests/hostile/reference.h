@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The second opinion: from event to event with exact exponentials of the modes, in 106 bits, from the stored doubles
-// exactly. Nothing of the engine is used.
+// An independent reference: integrates from event to event with exact exponentials of the modes, in 106 bits, from the
+// stored doubles exactly. It uses no code of the engine.
 //
 // In a mode x and the sources obey one linear equation z' = A z; its exponential, without the identity, is doubled from
 // a short series, all powers kept, so that z is known at every dyadic fraction of a step. A step is accepted where

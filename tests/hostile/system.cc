@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// GCC 12 sees alternatives of a variant that is moved which it can not hold.
+// GCC 12 warns of alternatives of a moved variant that it cannot hold.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif

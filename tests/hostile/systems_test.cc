@@ -39,7 +39,7 @@ TEST_P(HostileSystems, AreNeverWrongWithAGoodVerdict) {
 
 INSTANTIATE_TEST_SUITE_P(Tolerances, HostileSystems, ::testing::Values(1e-4, 1e-7, 1e-10, 0));
 
-// Systems that were refused without need once, or wrong, or whose figure was too low.
+// Systems that were once refused without need, had a wrong answer, or had a too small estimate.
 struct Hard {
   uint64_t seed;
   const char* name;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same system in other words: what its solution is follows from that of the first, without any reference.
+// Equivalent forms of a system: their solution follows from that of the original, without any reference.
 
 #ifndef DLCS_TESTS_HOSTILE_TRANSFORMS_H_
 #define DLCS_TESTS_HOSTILE_TRANSFORMS_H_

@@ -86,7 +86,7 @@ double RoundingOf(const Reference& reference) {
   return kOfTerms * reference.size.maxCoeff() / reference.size.cwiseMax(std::numeric_limits<double>::min()).minCoeff();
 }
 
-// What the engine says of its error; nothing where it does not know.
+// The error that the engine estimates; absent if it has no estimate.
 std::optional<double> FigureOf(const Solution& solution) {
   if (solution.accuracy.source == AccuracySource::kNotEstimated || std::isnan(solution.accuracy.error))
     return std::nullopt;

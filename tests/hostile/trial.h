@@ -34,19 +34,19 @@ struct Trial {
   std::optional<double> error;
   std::string component;            // that it belongs to: "x1"
   double time = 0;                  // where it is
-  std::optional<double> figure;     // what the engine says of it, in the same measure
+  std::optional<double> figure;     // the estimate of the engine, in the same measure
   std::optional<double> condition;  // where it was looked at
   double seconds = 0;
   std::string verdict;  // termination, method and message of the engine
 };
 
-// What is asked of a solve: an error; or `steps` of equal length; or, where both are 0, nothing. By any method.
+// The request of a solve: an error, or `steps` of equal length or, if both are 0, the default. By any method.
 struct Asked {
   double tolerance = 0;
   Index steps = 0;
   Method method = Method::kAuto;
 
-  // The error that a good verdict promises: kDefaultTolerance where nothing is asked.
+  // The error that a good verdict promises: kDefaultTolerance for the default.
   double error() const { return tolerance > 0 ? tolerance : kDefaultTolerance; }
   static constexpr double kDefaultTolerance = 1e-6;
 };

@@ -37,7 +37,7 @@ int NewSocket() {
   return socket;
 }
 
-// The other side hears of a reset and not of an orderly end.
+// The other side receives a reset, not an orderly end.
 void Reset(int socket) {
   const linger at_once{.l_onoff = 1, .l_linger = 0};
   setsockopt(socket, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);

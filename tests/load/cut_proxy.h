@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A way to a server on this machine that can be cut: what stands between a client and a server in a real network.
+// A proxy to a server on this machine whose connections can be cut, as in a real network.
 
 #ifndef DLCS_TESTS_LOAD_CUT_PROXY_H_
 #define DLCS_TESTS_LOAD_CUT_PROXY_H_
@@ -14,8 +14,8 @@
 
 namespace dlcs::testing {
 
-// Passes bytes between whoever connects to address() and `upstream`, on a thread of its own. Functions return when what
-// they ask for is done; they are safe from any thread.
+// Forwards bytes between the clients of address() and `upstream`, on a thread of its own. Functions return when they
+// have taken effect; they are safe from any thread.
 class CutProxy {
  public:
   // `upstream` is 127.0.0.1:PORT; nobody need listen there yet. Throws std::system_error without sockets.
@@ -61,7 +61,7 @@ class CutProxy {
   int reserved_ = -1;  // bound and never listening: while the proxy is closed, nobody else takes its port
   int wake_[2] = {-1, -1};
 
-  // Of the thread, with mutex_.
+  // Used by the thread, with mutex_ held.
   std::mutex mutex_;
   int listener_ = -1;
   bool stalled_ = false;

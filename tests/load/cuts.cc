@@ -32,7 +32,7 @@ using testing::CutProxy;
 
 const CallLimits kPatient{.deadline = std::chrono::minutes(2), .stop = {}};
 
-// What one watcher has to say when all is over.
+// The findings of one watcher at the end.
 struct Account {
   std::int64_t jobs = 0;
   std::int64_t events = 0;
@@ -41,8 +41,8 @@ struct Account {
   std::vector<std::string> failures;
 };
 
-// Submits and watches one job after the other through the proxy until told to end; what it saw is compared with what is
-// seen without cuts.
+// Submits and watches one job after the other through the proxy until it is stopped. The events that it received are
+// compared with those of a watch without cuts.
 class Watcher {
  public:
   Watcher(const CutProxy& proxy, const std::string& server, unsigned seed)
@@ -56,7 +56,7 @@ class Watcher {
     thread_.join();
     return account_;
   }
-  // As a client that is killed and started again: it goes on behind the last number that it saw.
+  // Acts as a client that is killed and restarted: it resumes after the last number that it received.
   void Interrupt() {
     const std::lock_guard lock(mutex_);
     interrupt_.request_stop();
@@ -186,7 +186,7 @@ bool AskCuts(const CutsQuestion& question) {
   }
   std::printf("  %lld jobs watched to their end; %lld events, %lld gaps, %lld resumptions\n", (long long)all.jobs,
               (long long)all.events, (long long)all.gaps, (long long)all.resumptions);
-  // Who watched a job has deleted it: what is there was made by an answer that was lost.
+  // Every watcher deletes its job, so a remaining job was created by a call whose response was lost.
   const auto left = (*Client::Connect(address))->jobs().List({}, 1000, kPatient);
   if (!left.ok()) all.failures.emplace_back(left.status().message());
   if (left.ok() && !left->empty()) all.failures.push_back(fmt::format("{} jobs that nobody knows of", left->size()));

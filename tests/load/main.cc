@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dlcs_load: measures a server under load, cuts and time. README.md has the figures that were seen.
+// dlcs_load: measures a server under load, broken connections and over time. README.md has measured figures.
 
 #include "CLI/CLI.hpp"
 #include "spdlog/spdlog.h"

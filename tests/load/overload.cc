@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// More is asked than can be done, and a light user is there as well.
+// Measures a server that gets more work than it can do, and a light user beside the heavy ones.
 
 #include <signal.h>
 #include <unistd.h>
@@ -41,7 +41,7 @@ using std::chrono::system_clock;
 
 constexpr int kSubmitters = 8;
 
-// Some 50 ms of work. What refusals cost is the server's too: the smaller the jobs, the more of it they take.
+// Some 50 ms of work. Refusals cost the server time too: the smaller the jobs, the larger their part of it.
 v1::CreateSolveJobRequest SmallJob() {
   v1::CreateSolveJobRequest request;
   *request.mutable_solve() = testing::SteppingRequest(40'000 / testing::kSlowness);
@@ -76,7 +76,7 @@ class Server {
   const std::string address_ = process_.ReadAddress();
 };
 
-// What became of the requests of all submitters.
+// The outcomes of the requests of all submitters.
 struct Tally {
   std::atomic<std::int64_t> taken = 0;
   std::atomic<std::int64_t> refused = 0;
@@ -95,8 +95,8 @@ std::optional<duration<double>> RetryDelay(const grpc::Status& status) {
   return std::nullopt;
 }
 
-// Submits for `seconds`: at `rate` a second whatever the server says, or, with 0, as a well-behaved client, which comes
-// back when it is told to.
+// Submits for `seconds`: at `rate` per second regardless of refusals or, if 0, as a well-behaved client, which retries
+// after the delay in RetryInfo.
 void Submit(const Server& server, double rate, double seconds, Tally& tally) {
   const auto submit = [&] {
     const auto connection = *client::Connection::Open(server.Heavy());
@@ -132,7 +132,7 @@ void Submit(const Server& server, double rate, double seconds, Tally& tally) {
   for (int k = 0; k < kSubmitters; ++k) threads.emplace_back(submit);
 }
 
-// Has one job after the other done, and waits for each to its end.
+// Submits one job after the other, and waits for the end of each.
 class LightUser {
  public:
   explicit LightUser(const Server& server) : client_(*Client::Connect(server.Light())) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The questions of dlcs_load, one function each: they load a server, print figures, and return whether the promises
-// of the server held.
+// The measurements of dlcs_load, one function each: they load a server, print figures, and return whether the server
+// kept its promises.
 
 #ifndef DLCS_TESTS_LOAD_QUESTIONS_H_
 #define DLCS_TESTS_LOAD_QUESTIONS_H_
@@ -10,8 +10,8 @@
 
 namespace dlcs::load {
 
-// Connections of clients that submit and watch are cut at random moments: is any event missing without a gap, or seen
-// twice, or the end not told, or a job made twice?
+// Connections of clients that submit and watch are cut at random moments: is any event missing without a gap, or
+// delivered twice, or the end not reported, or a job created twice?
 struct CutsQuestion {
   int cuts = 1000;
   unsigned seed = 1;
@@ -19,8 +19,8 @@ struct CutsQuestion {
 };
 bool AskCuts(const CutsQuestion& question);
 
-// Many watchers of one solve, some of which do not read: how old is what the others see, what memory does the server
-// take, what time of the engine's?
+// Many watchers of one solve, some of which do not read: how old are the events of the others, how much memory does the
+// server use, and how much time of the engine?
 struct WatchersQuestion {
   double seconds = 60;
   int watchers = 100;
@@ -30,8 +30,8 @@ struct WatchersQuestion {
 };
 bool AskWatchers(const WatchersQuestion& question);
 
-// More is asked than the server can do: does it go on at its full rate, are refusals of use, is a light user served
-// beside a heavy one?
+// The server gets more work than it can do: does it continue at its full rate, are refusals useful, is a light user
+// served beside a heavy one?
 struct OverloadQuestion {
   double seconds = 60;
   double factor = 5;
@@ -51,8 +51,8 @@ bool AskStops(const StopsQuestion& question);
 // How long after a cancel that was sent to a server, and after a deadline, is a job over? So many of both.
 bool AskServedStops(const StopsQuestion& question);
 
-// Jobs come, are watched, cancelled, read and deleted, connections are made and lost, the server restarts now and then:
-// does anything grow?
+// Jobs are created, watched, cancelled, read and deleted, connections are made and lost, the server restarts now and
+// then: does anything grow?
 struct SoakQuestion {
   double minutes = 30;
   int lives = 3;       // of the server

@@ -37,7 +37,7 @@ using Seconds = duration<double>;
 // Since 1970, as all times here: client and server are on one machine.
 double Now() { return Seconds(system_clock::now().time_since_epoch()).count(); }
 
-// What a watcher sees of one job.
+// The times at which a watcher receives the events of one job.
 class WatchedJob {
  public:
   WatchedJob(client::JobClient& client, std::string name)
@@ -65,7 +65,7 @@ class WatchedJob {
   // Only after WaitUntilOver(). Times of the server, but for the last; 0 where there was no such event.
   double running() const { return running_; }
   double cancelling() const { return cancelling_; }
-  double stored() const { return stored_; }  // the engine is over, and what it has found is on its way to the store
+  double stored() const { return stored_; }  // the engine has ended, and its results are being stored
   double ended() const { return ended_; }    // stored
   double told() const { return told_; }      // to the watcher
   v1::JobState state() const { return state_; }
@@ -96,7 +96,7 @@ class WatchedJob {
   double running_ = 0, cancelling_ = 0, stored_ = 0, ended_ = 0, told_ = 0;
   v1::JobState state_ = v1::JOB_STATE_UNSPECIFIED;
   v1::Termination termination_ = v1::TERMINATION_UNSPECIFIED;
-  std::jthread watcher_;  // begins when all the others are there
+  std::jthread watcher_;  // last: it uses the others
 };
 
 // In ms. From the cancel to the server's notice of it, where it was a cancel; from there, or from the deadline, to the
@@ -151,7 +151,7 @@ std::optional<ServedStop> Cancel(client::JobClient& client, const v1::CreateSolv
   if (job.state() == v1::JOB_STATE_SUCCEEDED) return std::nullopt;
   ServedStop stop;
   stop.until_noticed = 1e3 * (job.cancelling() - sent);
-  // The engine may be over before the server has written down that it was asked.
+  // The engine may end before the server has stored the cancellation.
   stop.until_over = 1e3 * std::max(0.0, job.stored() - job.cancelling());
   stop.until_told = 1e3 * (job.told() - sent);
   stop.is_sound = cancelled && job.state() == v1::JOB_STATE_CANCELLED && job.cancelling() > 0 && job.stored() > 0 &&

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Jobs and connections come and go for long, and the server restarts now and then: does anything grow?
+// Creates jobs and connections for a long time, while the server restarts now and then: does anything grow?
 
 #include <signal.h>
 
@@ -32,7 +32,7 @@ using std::chrono::steady_clock;
 
 const CallLimits kUnhurried{.deadline = std::chrono::minutes(1), .stop = {}};
 
-// What users do, one thing after the other.
+// The actions of users, one after the other.
 class Users {
  public:
   Users(std::string address, unsigned seed) : address_(std::move(address)), random_(seed) {}
@@ -87,7 +87,7 @@ class Users {
     if (!limits.stop.stop_requested() && !finished)
       Check("watch", status.ok() ? absl::DataLossError("no end") : status);
   }
-  // Leaves after a few milliseconds, most likely in the middle.
+  // Cancels after a few milliseconds, probably in the middle.
   void WatchUntilCut(JobClient& jobs, const std::string& name) {
     std::stop_source leave;
     CallLimits limits = kUnhurried;
@@ -133,7 +133,7 @@ double SlopeMbPerHour(const std::vector<Sample>& samples) {
   return spread > 0 ? (n * tr - t * r) / spread : 0;
 }
 
-// What a server may take more at the end of its life than after its first third. Pools of gRPC and the pages of the
+// The allowed growth of a server from the first third of its life to the end. Pools of gRPC and the pages of the
 // store's cache fill up slowly; a leak of one event or connection a round is far beyond.
 constexpr double kMaxGrowthMb = 12;
 constexpr int kMaxMoreDescriptors = 6;
@@ -145,7 +145,7 @@ bool JudgeLife(const std::vector<Sample>& samples) {
     std::printf("  WRONG too short to judge\n");
     return false;
   }
-  // The least of each half: what is held for good.
+  // The minimum of each half: memory that is never released.
   const auto middle = settled.begin() + static_cast<std::ptrdiff_t>(settled.size() / 2);
   ProcessUse before = settled.front().use, after = middle->use;
   const auto lower = [](ProcessUse& least, const ProcessUse& use) {

@@ -24,7 +24,7 @@ Matrix Scattered(Index size, unsigned seed) {
 // Stable, not normal, with complex eigenvalues.
 Matrix Damped(Index size) { return Scattered(size, 1) - 2.5 * Matrix::Identity(size, size); }
 
-// Positive definite, which no row tells by itself.
+// Positive definite, which is not visible in any single row.
 Matrix Definite(Index size) { return Scattered(size, 2) + 2.5 * Matrix::Identity(size, size); }
 
 // Positive semidefinite and nothing more: for Lemke's method.

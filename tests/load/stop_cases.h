@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work that takes long, one for each thing that a stop may have to interrupt.
+// Long work, one case for each part of the code that a stop may have to interrupt.
 
 #ifndef DLCS_TESTS_LOAD_STOP_CASES_H_
 #define DLCS_TESTS_LOAD_STOP_CASES_H_
@@ -15,7 +15,7 @@
 namespace dlcs::load {
 
 struct StopCase {
-  std::string name;  // what most of its time goes to
+  std::string name;  // the part that takes most of its time
   Problem problem;
   Options options;
 };
@@ -28,11 +28,11 @@ std::vector<StopCase> StopCases(Index size);
 
 struct StoppableWork {
   std::string name;
-  // Whether it ended as what is stopped, or is done, should.
+  // Runs the work. Returns whether it ended correctly, stopped or complete.
   std::function<bool(std::stop_token stop)> run;
 };
 
-// StopCases(), and what is more than one solve of a linear system, or none: analyses, an ensemble, a nonlinear system.
+// StopCases(), and other kinds of work: analyses, an ensemble, a nonlinear system.
 std::vector<StoppableWork> StoppableWorks(Index size);
 
 }  // namespace dlcs::load

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long after a stop is work over?
+// Measures how long after a stop work ends.
 
 #include <pthread.h>
 
@@ -39,7 +39,7 @@ struct Stopped {
   bool is_sound = false;
 };
 
-// Works, and asks to stop after `seconds`. Nothing when it was over before; `took` is then how long it took.
+// Runs `work`, and requests a stop after `seconds`. Absent if it ended before; `took` is then its duration.
 std::optional<Stopped> StopAfter(const StoppableWork& work, double seconds, double& took) {
   std::stop_source stop;
   std::atomic<bool> is_over = false;

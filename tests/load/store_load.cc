@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// store_load: how many jobs a second one PostgreSQL takes through their lives, by the functions of the store that
-// servers call, without any work in between. README.md and deploy/SCALE.md have the figures that were seen.
+// store_load: measures how many jobs per second one PostgreSQL can process, by the functions of the store that servers
+// call, without any work in between. README.md and deploy/SCALE.md have measured figures.
 //
 // Each worker is a thread with a store of its own, which has a connection for it and one for notifications. In turn it
 // creates a job, as a front would; claims the first one of its list of claimable jobs that nobody else has; renews the
@@ -124,7 +124,7 @@ class Worker {
       const std::vector<JobId> candidates(list_.begin(), end);
       const auto begin = steady_clock::now();
       std::optional<jobs::ClaimedJob> claimed = Checked(store_.Claim(name_, 30s, candidates));
-      // Those before it are other workers' now.
+      // The jobs before it have been claimed by other workers.
       list_.erase(list_.begin(), claimed.has_value() ? std::find(list_.begin(), end, claimed->job.id) + 1 : end);
       const std::lock_guard lock(work_mutex);
       work.claim_s.push_back(Since(begin));

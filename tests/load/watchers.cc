@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many watch one solve, and some of them do not read.
+// Measures one solve with many watchers, some of which do not read.
 
 #include <signal.h>
 
@@ -34,7 +34,7 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 using std::chrono::system_clock;
 
-// How fast a solve tells of itself.
+// The event rates of a solve.
 class Counter final : public Observer {
  public:
   void OnIterate(const IterateReport&, const IterateValues&) override { ++iterates; }
@@ -75,7 +75,7 @@ Rates RatesOf(Index pairs) {
   return {counter.iterates / seconds, counter.windows / seconds};
 }
 
-// The request of a solve that tells of about `rate` iterates a second, for `seconds`, on this machine.
+// The request of a solve that reports about `rate` iterates per second, for `seconds`, on this machine.
 v1::SolveRequest RequestOf(double rate, double seconds) {
   Index pairs = 4;
   Rates rates = RatesOf(pairs);
@@ -92,7 +92,7 @@ v1::SolveRequest RequestOf(double rate, double seconds) {
   return request;
 }
 
-// A client with a connection of its own, which reads all the time or not before Read().
+// A client with a connection of its own, which reads at once or not before Read().
 class StallableReader final : public grpc::ClientReadReactor<v1::SolveEvent> {
  public:
   StallableReader(const std::string& address, const std::string& job, int interval_ms, bool is_stalled)
@@ -123,7 +123,7 @@ class StallableReader final : public grpc::ClientReadReactor<v1::SolveEvent> {
     const auto& stamp = event_.time();
     const system_clock::time_point time(std::chrono::duration_cast<system_clock::duration>(
         std::chrono::seconds(stamp.seconds()) + std::chrono::nanoseconds(stamp.nanos())));
-    // What happened before it came is old of necessity; what a gap or a heartbeat says is made for it.
+    // Events from before the watch are old, and gaps and heartbeats are made for the watcher: neither counts.
     if (!event_.has_gap() && !event_.has_heartbeat() && time > begin_) {
       ages_ms_.push_back(duration<double, std::milli>(now - time).count());
     }
@@ -138,7 +138,7 @@ class StallableReader final : public grpc::ClientReadReactor<v1::SolveEvent> {
     done_.notify_all();
   }
 
-  // Waits for the end. What is wrong with what it saw, or an empty text.
+  // Waits for the end. Returns what is wrong with the received events, or an empty text.
   std::string End() {
     std::unique_lock lock(mutex_);
     done_.wait(lock, [this] { return is_done_; });
@@ -167,7 +167,7 @@ bool IsOver(client::JobClient& client, const std::string& job) {
   return !now.ok() || now->state() > v1::JOB_STATE_CANCELLING;
 }
 
-// What the server's log says of the time that the engine spent in telling of itself.
+// The time that the engine spent on events, from the server's log.
 void PrintTellingTime(const std::string& log) {
   const std::string mark = "events told in ";
   const std::size_t at = log.rfind(mark);
@@ -228,7 +228,7 @@ bool AskWatchers(const WatchersQuestion& question) {
     std::printf("  readers got %zu events; ages p50 %.2f, p99 %.2f, max %.1f ms\n", events, Percentile(ages, 50),
                 Percentile(ages, 99), Percentile(ages, 100));
   }
-  // What grows with the events that nobody reads would grow to the end.
+  // Memory that grows with unread events would grow until the end.
   if (resident_mb.size() >= 4) {
     const auto middle = resident_mb.begin() + static_cast<std::ptrdiff_t>(resident_mb.size() / 2);
     const double first_half = *std::max_element(resident_mb.begin(), middle);

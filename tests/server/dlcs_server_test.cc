@@ -130,7 +130,7 @@ TEST_F(DlcsServerTest, ReflectionDescribesEveryServiceWhereItIsAskedFor) {
   EXPECT_TRUE(stream->Finish().ok());
 }
 
-// Asks for an empty message of any method, and tells with what it is answered.
+// Calls any method with an empty message, and returns the status.
 grpc::StatusCode CodeOf(const std::string& address, const char* name) {
   const auto channel = testing::Connect(address);
   grpc::ClientContext context;
@@ -158,7 +158,7 @@ TEST_F(DlcsServerTest, HealthOfAnUnknownServiceIsNotFound) {
   EXPECT_EQ(stub->Check(&context, request, &response).error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
-// Reads what a watcher of a service's health is told until that is `status`; false when the call ends first.
+// Reads a stream of health messages until one is `status`. False if the call ends before.
 bool ReadUntil(HealthCheckResponse::ServingStatus status, grpc::ClientReader<HealthCheckResponse>& watch) {
   for (HealthCheckResponse response; watch.Read(&response);) {
     if (response.status() == status) return true;

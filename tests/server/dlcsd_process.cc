@@ -20,7 +20,7 @@ namespace dlcs::testing {
 DlcsdProcess::DlcsdProcess(const std::vector<std::string>& flags, const std::vector<std::string>& environment) {
   int output[2];
   if (pipe(output) != 0) throw std::runtime_error("pipe");
-  // Errors go to a file without a name: nobody has to read them while the program runs.
+  // Errors are written to an unnamed file, so that nobody must read them while the program runs.
   char name[] = "/tmp/dlcsd-test-XXXXXX";
   errors_ = mkstemp(name);
   unlink(name);

@@ -25,7 +25,7 @@ class DlcsdProcess {
   std::string ReadLine();
   // All lines that are left.
   std::string ReadOutput();
-  // HOST:PORT of the line that says it is ready; empty when it says something else.
+  // HOST:PORT in the line that reports that it is ready; empty if the next line is another one.
   std::string ReadAddress();
 
   void Signal(int signal);
@@ -38,7 +38,8 @@ class DlcsdProcess {
   pid_t pid() const { return pid_; }
   // Memory in use now (resident set).
   std::int64_t ResidentBytes() const;
-  // The most that it had in use; call it after Wait(). Linux counts in what this process had in use when it started it.
+  // The peak of its memory in use; call it after Wait(). Linux includes the memory that this process used when it
+  // started it.
   std::int64_t peak_bytes() const { return peak_bytes_; }
 
  private:

@@ -18,7 +18,7 @@ struct Issued {
   std::string key;
 };
 
-// An authority that nobody else knows.
+// A new authority, known to no other test.
 class TestAuthority {
  public:
   TestAuthority();

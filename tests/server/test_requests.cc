@@ -27,7 +27,7 @@ v1::SolveRequest SwitchingRequest(std::int64_t steps) {
   problem.add_x0(1);
   problem.set_horizon(10);
   request.mutable_options()->set_steps(steps);
-  request.mutable_options()->set_method(v1::METHOD_LAPLACE_ITERATION);  // has iterates to tell
+  request.mutable_options()->set_method(v1::METHOD_LAPLACE_ITERATION);  // reports iterates
   return request;
 }
 

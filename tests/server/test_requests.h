@@ -37,8 +37,8 @@ v1::SolveRequest SteppingRequest(std::int64_t steps);
 // alone.
 v1::SolveRequest EndlessRequest();
 
-// Checks that the numbers of `events` are 1, 2, 3, ..., each either an event's own or inside a gap, that
-// `accepted` comes first and the summary last and only there. Returns what is wrong, or an empty text.
+// Checks that the numbers of `events` are 1, 2, 3, ..., each of an event or inside a gap, that `accepted` is first, and
+// that the summary is last and occurs once. Returns what is wrong, or an empty text.
 std::string WhatIsWrongWithOrder(const std::vector<v1::SolveEvent>& events);
 
 // Counts the events of one kind.

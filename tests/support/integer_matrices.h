@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Classes of integer matrices by definition, in exact arithmetic: what the analysis is judged by.
+// Classes of integer matrices by definition, in exact arithmetic. Tests compare the analysis with them.
 
 #ifndef DLCS_TESTS_SUPPORT_INTEGER_MATRICES_H_
 #define DLCS_TESTS_SUPPORT_INTEGER_MATRICES_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A second opinion on linear complementarity problems: linear programming by COIN-OR CLP.
+// An independent solver of linear complementarity problems: linear programming by COIN-OR CLP.
 
 #ifndef DLCS_TESTS_SUPPORT_LCP_LINEAR_PROGRAM_H_
 #define DLCS_TESTS_SUPPORT_LCP_LINEAR_PROGRAM_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What bad input holds.
+// Numbers that invalid input may hold.
 #ifndef DLCS_TESTS_SUPPORT_NON_FINITE_H_
 #define DLCS_TESTS_SUPPORT_NON_FINITE_H_
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where files and programs are that tests use. Paths differ from clone to clone: with all of them in one small file, no
-// other has to be compiled again, or alone, for their sake.
+// The paths of files and programs that tests use. Paths differ between clones; only one small source file contains
+// them, so that compiler caches serve all others.
 
 #ifndef DLCS_TESTS_SUPPORT_PATHS_H_
 #define DLCS_TESTS_SUPPORT_PATHS_H_

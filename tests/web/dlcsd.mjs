@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program dlcsd with a page and, as a rule, with a store, in a process of its own.
+// The program dlcsd with a page and, by default, a store, in a process of its own.
 
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -17,7 +17,7 @@ export class Dlcsd {
     return Dlcsd.#start(mkdtempSync(path.join(tmpdir(), "dlcs-web-")), []);
   }
 
-  // With the same store and at the same address, after kill().
+  // Starts again with the same store and address, after kill().
   restart() {
     const { folder, url } = this;
     return Dlcsd.#start(folder, ["--store", path.join(folder, "jobs.db")], new URL(url).host);

@@ -86,7 +86,7 @@ async function eventually(page, check) {
 }
 const fits = (page) => page.evaluate(() => document.documentElement.scrollWidth <= innerWidth);
 
-// Long enough to look at: thousands of iterations.
+// Long enough to be watched: thousands of iterations.
 const long = { method: "wu-chen-iteration", steps: 800 };
 
 test("is small", async () => {
@@ -165,7 +165,7 @@ test("shows how far an ensemble is, and how its members ended", async () => {
   await page.getByText(`dlcs result ${name}`).waitFor(kPatience);
   await page.screenshot({ path: "shots/ensemble.png" });
 
-  // One that runs can be cancelled.
+  // A running job can be cancelled.
   const long = await createEnsemble(Array(4000).fill(1), { steps: 100_000, method: "METHOD_TIME_STEPPING" });
   await page.goto(`${dlcsd.url}/#/${long}`);
   await page.getByText("Untitled ensemble").waitFor(kPatience);
@@ -184,7 +184,7 @@ test("shows what is wrong with a problem at its field", async () => {
   assert.match(said, /speed/);
   assert.match(said, /T/);
   await page.screenshot({ path: "shots/schema-errors.png" });
-  // What only the server can know.
+  // Errors that only the server can find.
   await submit(page, '{"A": [[-1, 2]], "B": [[1]], "N": [[1]],\n "M": [[1]], "f": ["sin(q*t)"], "x0": [0], "T": 1}');
   await page.waitForFunction(() => !document.querySelector("#problem-errors").textContent.includes("speed"));
   await page.waitForSelector("#problem-errors:not(:empty)", kPatience);
@@ -256,7 +256,7 @@ test("shows the outputs of a job that has ended, over times of microseconds", as
   await verdict(first);
   const hash = new URL(first.url()).hash;
   await submitting.close();
-  // Nothing is known of it here but what the server tells.
+  // The page knows of it only what the server sends.
   const context = await newContext({ acceptDownloads: true });
   await recordPlots(context);
   const page = await open(context, hash);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The clients that people get from npm call every method of the contract over HTTP/1.1, on a real dlcsd.
+// The clients on npm call every method of the contract over HTTP/1.1, on a real dlcsd.
 //
 // Environment: DLCSD, the program; PROJECT, the folder of the project. Messages and methods come from
 // proto/released.binpb; nothing is generated.
@@ -70,7 +70,7 @@ class GrpcWebClient {
 
   start(method, request, { headers = {}, timeoutMs, signal } = {}) {
     const metadata = { ...headers };
-    // This client takes the time at which it gives up, and sends the time that is left.
+    // This client has a deadline as an option, and sends the remaining time.
     if (timeoutMs !== undefined) metadata.deadline = String(Date.now() + timeoutMs);
     const target = this.url + `/${method.parent.typeName}/${method.name}`;
     const call = this.client.serverStreaming(target, request, metadata, this.descriptor(method));
@@ -384,7 +384,7 @@ describe("clients from npm", () => {
         first.catch(() => {}); // where it comes at the end of the response, it does not come
         if (streams) {
           assert.equal((await first).value.kind.case, "accepted");
-          // The only place is taken.
+          // The only solver is busy.
           assert.equal((await failure(all(stream("Solve", short)))).code, Code.ResourceExhausted);
         } else {
           await sleep(500);

@@ -186,8 +186,7 @@ TEST(SolveSessionTest, CountsTheStepsOfALength) {
   EXPECT_THAT(ViolatedFields(PrepareSolve(request, limits).status()), Contains("options.step"));
 }
 
-// Whatever arrives, the answer is a status: requests of one to four random changes to the bytes of a sound
-// one.
+// Any bytes lead to a status: requests with one to four random changes to the bytes of a valid one.
 TEST(SolveSessionTest, AnyBytesGetAStatus) {
   const std::string sound = testing::SwitchingRequest(100).SerializeAsString();
   SessionLimits limits;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // An ensemble on a front and four workers that share one PostgreSQL. Two workers are killed on the way and started
-// again: every result comes once, with the bits of an ensemble that nobody disturbed.
+// again: every result is delivered once, with the bits of an undisturbed ensemble.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -31,7 +31,7 @@ client::CallLimits Patient() { return {.deadline = seconds(200), .stop = {}}; }
 class EnsembleClusterTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    // Clocks that are minutes apart: leases are by that of the database.
+    // The clocks differ by minutes; leases use the clock of the database.
     for (const std::string offset_s : {"0", "300", "-300", "7"}) {
       workers_.push_back(std::make_unique<FleetServer>(
           "worker", "worker" + offset_s, database_.address(), std::vector<std::string>{"--threads", "1"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tests of ensembles that are jobs look at.
+// Helpers for tests of ensembles that run as jobs.
 
 #ifndef DLCS_TESTS_SERVER_SOLVE_JOBS_ENSEMBLE_RUNS_H_
 #define DLCS_TESTS_SERVER_SOLVE_JOBS_ENSEMBLE_RUNS_H_
@@ -15,13 +15,13 @@ namespace dlcs::testing {
 // SwitchingRequest() with `steps` for `members` initial states.
 v1::CreateEnsembleJobRequest SwitchingEnsemble(int members, std::int64_t steps, int shard_members);
 
-// The values that are kept of each member: t, error, x, y and w.
+// The stored values of each member: t, error, x, y and w.
 using EnsembleRows = std::map<std::int64_t, std::vector<double>>;
 
-// Those of the engine in this process, without any job.
+// The values that the engine computes in this process, without a job.
 EnsembleRows SolveEnsembleHere(const v1::SolveEnsembleRequest& request);
 
-// Adds those of `shard`. The test fails where a member comes twice.
+// Adds the values of `shard`. The test fails if a member occurs twice.
 void AddShard(const v1::EnsembleShard& shard, EnsembleRows& rows);
 
 // The same members with the same bits.

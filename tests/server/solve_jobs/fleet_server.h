@@ -14,14 +14,14 @@ namespace dlcs::testing {
 
 class FleetServer {
  public:
-  // A worker that is away for longer than this finds its jobs in other hands.
+  // Other workers resume the jobs of a worker that is down for longer than this.
   static constexpr int kLeaseMs = 1000;
 
-  // Of `role`, named `name`, on the store at `store`; `flags` are further ones, `environment` as of DlcsdProcess.
+  // A server with `role` and `name` on the store at `store`, with further `flags`; `environment` as in DlcsdProcess.
   FleetServer(std::string role, std::string name, std::string store, std::vector<std::string> flags = {},
               std::vector<std::string> environment = {});
 
-  // At the address of the first start. The test fails where it does not get ready.
+  // Starts at the address of the first start. The test fails if the server does not become ready.
   void Start();
   // kill -9.
   void Kill();

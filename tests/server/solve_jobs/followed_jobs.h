@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Jobs that are watched from their beginning to their end while servers are killed, and what must be true of them then.
+// Jobs that are watched from begin to end while servers are killed, and the checks of their results.
 
 #ifndef DLCS_TESTS_SERVER_SOLVE_JOBS_FOLLOWED_JOBS_H_
 #define DLCS_TESTS_SERVER_SOLVE_JOBS_FOLLOWED_JOBS_H_
@@ -19,18 +19,18 @@ namespace dlcs::testing {
 
 class FollowedJobs {
  public:
-  // Of the server at `address`, which has no other jobs and answers within `patience`.
+  // Jobs of the server at `address`, which has no other jobs and responds within `patience`.
   FollowedJobs(const std::string& address, std::chrono::seconds patience);
 
-  // From now on a thread watches the job, with a connection of its own. The test fails where the job is not taken.
+  // Submits a job, and watches it on a thread with a connection of its own. The test fails if the job is refused.
   void Submit(v1::SolveRequest request);
 
   std::size_t size() const { return jobs_.size(); }
-  // Those whose watch has not ended.
+  // The number of jobs whose watch has not ended.
   std::size_t unfinished() const;
 
-  // Waits for all of them. The test fails unless each has succeeded, was told with no event twice or missing, and has
-  // the bits of a solve that nobody disturbed; and unless the server has these jobs and no others.
+  // Waits for all of them. The test fails unless each has succeeded, no event was missing or delivered twice, the
+  // results have the bits of undisturbed solves, and the server has exactly these jobs.
   void ExpectAllSucceed();
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a server does not take: every limit, end to end, with what a client is told of it.
+// Requests that a server refuses: every limit, end to end, with the error that a client receives.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 using testing::SteppingRequest;
 using testing::SwitchingRequest;
 
-// Of some seconds in truth, and more by prediction, with a small result.
+// It takes some seconds, is predicted to take more, and has a small result.
 v1::SolveRequest LongRequest() {
   v1::SolveRequest request = SteppingRequest(15'000'000);
   request.mutable_options()->add_output_times(10);
@@ -51,7 +51,7 @@ class JobAdmissionTest : public testing::ServiceTest {
     client_ = *Client::Connect(server_->address());
   }
 
-  // Asks once, as a client that does not insist.
+  // Calls once, without retries.
   Told Create(const v1::CreateSolveJobRequest& request) {
     grpc::ClientContext context;
     testing::SetDeadline(context, seconds(30));
@@ -135,7 +135,7 @@ TEST_F(JobAdmissionTest, AFullQueueSaysWhenToComeBack) {
   EXPECT_EQ(told.value, "2");
   EXPECT_EQ(told.requested, "3");
   EXPECT_THAT(told.status.error_message(), HasSubstr("The queue is full: with this job max_queued_jobs would be 3"));
-  // What was taken before is found all the same, and a check says what would be said.
+  // A repeated request still returns its job, and a validation returns the same refusal.
   EXPECT_EQ(Create(remembered).job.name(), taken.job.name());
   v1::CreateSolveJobRequest check = Request(SwitchingRequest(12));
   check.set_validate_only(true);
@@ -156,7 +156,7 @@ TEST_F(JobAdmissionTest, TheQueueHoldsSoMuchWork) {
   config.max_queued_core_seconds = 20;
   Start(config);
   Occupy();
-  EXPECT_TRUE(Create(LongRequest()).status.ok());  // an empty queue takes any job that may run
+  EXPECT_TRUE(Create(LongRequest()).status.ok());  // an empty queue accepts any job that may run
   const Told told = Create(LongRequest());
   ExpectRefused(told, "max_queued_core_seconds", true);
   EXPECT_EQ(told.value, "20");
@@ -169,7 +169,7 @@ TEST_F(JobAdmissionTest, ADeadlineThatCannotBeMetIsRefusedAtOnce) {
     request.mutable_deadline()->set_seconds(std::time(nullptr) + allowed_s);
     return request;
   };
-  // Longer than that by itself: never.
+  // The job alone takes longer than that: never accepted.
   Told told = Create(within(LongRequest(), 4));
   ExpectRefused(told, "deadline", false);
   EXPECT_THAT(told.status.error_message(), HasSubstr("the deadline leaves"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A front and two workers on one PostgreSQL. One of the workers, the front or the database is killed at random moments:
-// nothing acknowledged is lost, nothing comes twice, and the bits are those of solves that nobody disturbed.
+// nothing acknowledged is lost, nothing is delivered twice, and the bits are those of undisturbed solves.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -83,7 +83,7 @@ TEST(JobClusterTest, AWorkerThatIsToldToEndGivesItsJobBackAtOnce) {
   PostgresServer database;
   Server front("front", "front", database.address());
   testing::FollowedJobs jobs(front.address(), seconds(100));
-  // A lease that nobody could wait for.
+  // The lease is too long to wait for.
   const auto flags = [&](const std::string& name) {
     return std::vector<std::string>{"--listen",   "127.0.0.1:0", "--store",         database.address(),
                                     "--role",     "worker",      "--worker-name",   name,
@@ -115,7 +115,7 @@ TEST(JobClusterTest, KilledWorkersFrontsAndDatabasesLoseNothingAndRepeatNothing)
   steady_clock::time_point back;  // of the worker that is away
   for (int kill = 0; kill < kills.count; ++kill) {
     while (jobs.unfinished() < kUnfinished) {
-      // Sent again where the answer is lost, it is still one job.
+      // If the response is lost, the request is sent again and still creates one job.
       const int size = static_cast<int>(jobs.size());
       jobs.Submit(size % 2 == 0 ? testing::SteppingRequest(60'000 + 1000 * (size % 24))
                                 : testing::SwitchingRequest(20'000 + size));

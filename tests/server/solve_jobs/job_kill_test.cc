@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program dlcsd is killed at random moments while the engine works at jobs: nothing acknowledged is lost, and the
-// bits are those of solves that nobody disturbed.
+// bits are those of undisturbed solves.
 #include <gtest/gtest.h>
 #include <signal.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tests of jobs look at.
+// Helpers for tests of jobs.
 
 #ifndef DLCS_TESTS_SERVER_SOLVE_JOBS_JOB_RUNS_H_
 #define DLCS_TESTS_SERVER_SOLVE_JOBS_JOB_RUNS_H_
@@ -17,11 +17,11 @@ struct Trajectory {
   std::vector<double> times, x, y, w;
 };
 
-// The whole stored trajectory of a job. The test fails where a page does not follow the one before, or the last one
-// does not say that the job has ended.
+// The whole stored trajectory of a job. The test fails if a page does not continue the one before, or the last one does
+// not report that the job has ended.
 Trajectory ReadAll(client::JobClient& client, const std::string& name);
 
-// The same by the engine in this process, without any job.
+// The trajectory that the engine computes in this process, without a job.
 Trajectory SolveHere(const v1::SolveRequest& request);
 
 // The same bits.

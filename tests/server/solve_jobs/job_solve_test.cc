@@ -40,7 +40,7 @@ v1::SolveRequest LongSolve() {
   return request;
 }
 
-// The chunks of the trajectory, put together; fails the test where they do not join up.
+// The concatenated chunks of the trajectory. The test fails if they do not continue each other.
 testing::Trajectory TrajectoryOf(const std::vector<v1::SolveEvent>& events) {
   testing::Trajectory result;
   for (const v1::SolveEvent& event : events) {
@@ -189,7 +189,7 @@ TEST(JobSolveKillTest, TheClientFollowsItsSolveOverKilledServers) {
                              {.deadline = seconds(120), .stop = {}});
       ended = true;
     });
-    // Who was told no job cannot go on with it.
+    // A client that did not receive the name of the job cannot resume it.
     while (!accepted && !ended) std::this_thread::sleep_for(milliseconds(5));
     for (int kill = 0; kill < 2 && !ended; ++kill) {
       std::this_thread::sleep_for(milliseconds(150));

@@ -80,7 +80,7 @@ TEST_F(WatchViewTest, TakesComponentsOutOfComponents) {
   EXPECT_THAT(told.times(), ElementsAre(0, 13));
   EXPECT_THAT(told.y(), ElementsAre(0, 200, 130, 330));
   EXPECT_THAT(Narrowed(View(v1::WATCH_VIEW_FULL, {2}), told).y(), ElementsAre(200, 330));
-  // Told before anybody wanted component 1, or all.
+  // Emitted before a watcher wanted component 1, or all.
   EXPECT_THAT(Narrowed(View(v1::WATCH_VIEW_FULL, {2, 1}), told).times(), IsEmpty());
   EXPECT_THAT(Narrowed(View(v1::WATCH_VIEW_FULL), told).times(), IsEmpty());
 }

@@ -75,7 +75,7 @@ class TelemetryTest : public testing::ServiceTest {
     return metrics;
   }
 
-  // Takes a job and watches it to its end.
+  // Submits a job and watches it to its end.
   void RunJob(const v1::SolveRequest& solve) {
     v1::CreateSolveJobRequest request;
     *request.mutable_solve() = solve;
@@ -139,7 +139,7 @@ TEST_F(TelemetryTest, CountsACallThatIsUnderWayAndItsCancellation) {
   const std::string in_flight = "dlcs_rpcs_in_flight{method=\"dlcs.v1.SolverService/Solve\"}";
   std::string metrics = MetricsWhen(in_flight, 1);
   EXPECT_EQ(Value(metrics, "dlcs_solves_running"), 1);
-  // The result is counted a moment after the solve has freed its place.
+  // The result is counted shortly after the solve has released its slot.
   for (int k = 0; k < 500 && Value(metrics, "dlcs_held_result_bytes") <= 1e6; ++k) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     metrics = MetricsWhen(in_flight, 1);

@@ -111,7 +111,7 @@ TEST_F(PostgresFaultsTest, AServerThatHangsIsGivenUpAfterAWhile) {
   const std::string address = server_->AddressOf(schema_);
   PostgresConnection session(address, 2s);
   server_->Freeze();
-  // A commit of the store waits beside the session that notifies of the new job.
+  // The store uses its session, or a new one while that session still notifies of the new jobs: hence two messages.
   ExpectSick(*store, absl::StatusCode::kUnavailable, "cannot be reached");
   EXPECT_THAT(log_.str(), AnyOf(HasSubstr("no response of the database server for 4 s"), HasSubstr("timeout expired")));
   const auto begin = std::chrono::steady_clock::now();
