@@ -15,7 +15,7 @@ namespace dlcs {
 
 // Serves SolverService, the standard health service, JobService and ProblemService if there is a store, and optionally
 // reflection on one listening socket; the page and calls over HTTP, and metrics and probes, on others. An interface, so
-// that nobody who uses it has to parse all that a server is made of.
+// that its users need not compile all headers of a server.
 class DlcsServer {
  public:
   // Checks the settings and the files of tokens and certificates as Start() does. Does not listen and does not open the

@@ -28,7 +28,7 @@
 namespace dlcs {
 namespace {
 
-constexpr std::size_t kMaxShownBytes = 80;  // of a name that nobody knows
+constexpr std::size_t kMaxShownBytes = 80;  // of an unknown name
 
 constexpr const char* kFooter =
     "Every flag is also a variable and a key of the file that --config names: --max-steps 1000, DLCSD_MAX_STEPS=1000,\n"

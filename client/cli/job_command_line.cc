@@ -166,7 +166,7 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
   values.excludes(&quiet);
   app.add_option("--components", command.components, "Only these components of y, from 0: 0,2 (all)")
       ->delimiter(',')
-      ->allow_extra_args(false)  // the job may stand behind it
+      ->allow_extra_args(false)  // JOB may follow
       ->type_name("N,...")
       ->needs(&values);
 }

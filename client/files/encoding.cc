@@ -6,7 +6,7 @@
 namespace dlcs::client {
 namespace {
 
-// The length of the character in UTF-8 that `text` begins with; 0 where it begins with none.
+// The length of the character in UTF-8 that `text` begins with; 0 if it begins with none.
 std::size_t CharacterLength(std::string_view text) {
   const auto lead = static_cast<unsigned char>(text[0]);
   const std::size_t length = lead < 0x80   ? 1

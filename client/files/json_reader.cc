@@ -144,7 +144,7 @@ std::optional<std::vector<double>> JsonReader::ReadNumbers(const nlohmann::json&
     if (value[i].is_number()) {
       numbers.push_back(value[i].get<double>());
     } else {
-      ReadNumber(value[i], fmt::format("{}[{}]", path, i));  // says what is wrong
+      ReadNumber(value[i], fmt::format("{}[{}]", path, i));  // records the error
     }
   }
   if (numbers.size() != value.size()) return std::nullopt;

@@ -67,7 +67,7 @@ absl::StatusOr<v1::SolveDcpRequest> ParseDcp(const std::string& text, const std:
   const auto root = ParseObject(text, source, "the keys M and q");
   if (!root.ok()) return root.status();
 
-  if (KindOf(*root) != FileKind::kLcp) {  // else q is wrong, and the reader says how
+  if (KindOf(*root) != FileKind::kLcp) {  // otherwise q is wrong, and the reader records the error
     if (absl::Status kind = CheckKind(*root, FileKind::kDcp, source); !kind.ok()) return kind;
   }
 

@@ -96,7 +96,7 @@ MatElement TakeElement(std::string_view& bytes, bool big_endian) {
   return element;
 }
 
-// What stands before the values of an array.
+// The header of an array.
 struct MatHead {
   std::uint32_t array_class = 0;
   bool complex = false;

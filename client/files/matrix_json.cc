@@ -204,7 +204,8 @@ std::string Beside(const JsonReader& reader, const std::string& name) {
   return (std::filesystem::path(reader.source()).parent_path() / name).string();
 }
 
-// The matrix of `name`, a file beside the one that is read, where that is read by rows; else what `read` returns.
+// The matrix in the file `name`, which is relative to the file that is read: read by rows if possible, otherwise by
+// `read`.
 template <typename Read>
 std::optional<v1::Matrix> ReadByRowsOr(const std::string& name, const std::string& path, const std::string& key,
                                        JsonReader& reader, const Read& read) {

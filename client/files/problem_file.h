@@ -17,7 +17,7 @@
 namespace dlcs::client {
 
 struct ProblemFile {
-  v1::Problem problem;                            // empty where `nonlinear` is set
+  v1::Problem problem;                            // empty if `nonlinear` is set
   std::optional<v1::NonlinearProblem> nonlinear;  // of a file with "kind": "nonlinear"
   std::string name;                               // the key `name`, empty when there is none
 };

@@ -24,7 +24,7 @@ struct StoredArray {
   v1::Matrix matrix;   // dense, or sparse where the file keeps it so; every value is finite
 };
 
-// Says which variables of a file are wanted; the others are not read.
+// Whether a variable of a file is wanted; others are not read.
 using Wanted = std::function<bool(const std::string& name)>;
 
 struct StoredVariables {

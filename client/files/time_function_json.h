@@ -28,7 +28,7 @@ void ReadSources(const nlohmann::json& root, int states, int constraints, JsonRe
                  v1::TimeFunction& g);
 
 // Reads the function of `size` components that `object` has under `key`, in one of these forms except "pieces" in place
-// of f and g; it is zero if there is no such key. `prefix` stands before the key in messages.
+// of f and g; it is zero if there is no such key. `prefix` precedes the key in messages.
 void ReadFunction(const nlohmann::json& object, const std::string& key, const std::string& prefix, int size,
                   JsonReader& reader, v1::TimeFunction& function);
 

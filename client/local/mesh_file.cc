@@ -87,7 +87,7 @@ class MeshReader {
     if (word != wanted) Refuse(fmt::format("\"{}\"; must be {}", word.substr(0, 40), wanted));
   }
 
-  // Goes behind the line that ends the section.
+  // Skips the rest of the section and the line that ends it.
   void SkipSection(std::string_view name) {
     const std::string end = fmt::format("$End{}", name);
     while (ok()) {

@@ -52,7 +52,7 @@ InputOutputModel ReadModel(const json& root, JsonReader& reader) {
     model.horizon = reader.ReadNumber(*value, "T").value_or(0);
   v1::TimeFunction f, g;
   const int commodities = static_cast<int>(model.C.rows());
-  if (commodities == 0) return model;  // C was refused, and says how long f must be
+  if (commodities == 0) return model;  // C was refused, and the size of f follows from it
   ReadSources(root, commodities, commodities, reader, f, g);
   std::vector<Violation> violations;
   model.f = TimeFunctionFromProto(f, commodities, "f", violations);

@@ -216,7 +216,7 @@ int RunOn(MpiWorld& world, const Arguments& arguments) {
 int main(int argc, char** argv) {
   using namespace dlcs::client;
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
-  setenv("NO_COLOR", "1", /*overwrite=*/0);  // mpirun gives ranks a terminal whatever reads its own output
+  setenv("NO_COLOR", "1", /*overwrite=*/0);  // mpirun gives ranks a terminal even if its own output is not one
   const Arguments arguments = Read(argc, argv);
   dlcs::MpiWorld world(argc, argv);
   return RunOn(world, arguments);

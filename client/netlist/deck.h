@@ -19,7 +19,7 @@ namespace dlcs::client {
 struct Deck {
   std::string title;
   Circuit circuit;
-  double output_step = 0;                     // TSTEP of .tran; 0 where it is none
+  double output_step = 0;                     // TSTEP of .tran; 0 if it is none
   std::vector<DeckQuantity> outputs;          // of .print, .plot, .probe and .save, with one factor; none for all
   std::vector<DeckMeasurement> measurements;  // of .meas
   std::vector<ParameterStep> steps;           // of .step

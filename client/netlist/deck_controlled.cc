@@ -43,7 +43,7 @@ absl::Status DeckCircuit::AddControlled(const DeckFields& fields, const Instance
   element.kind = kind == 'e' || kind == 'h' ? ElementKind::kControlledVoltage : ElementKind::kControlledCurrent;
   const char* form = by_voltage ? "ENAME NODE NODE CONTROL+ CONTROL- GAIN" : "FNAME NODE NODE VNAME GAIN";
   if (absl::Status status = NeedWords(fields, 3, form); !status.ok()) return status;
-  // HSPICE names the kind once more, in E1 b 0 VCVS a 0 2; a node may have that name too.
+  // HSPICE repeats the kind, as in E1 b 0 VCVS a 0 2; a node may have that name too.
   static const std::map<char, std::string> kKinds = {{'e', "vcvs"}, {'f', "cccs"}, {'g', "vccs"}, {'h', "ccvs"}};
   if (fields.words.size() > 3 && Lower(fields.words[3].text) == kKinds.at(kind)) {
     const bool is_node = by_voltage && fields.named.empty() && fields.words.size() == 6;
@@ -69,7 +69,7 @@ absl::Status DeckCircuit::AddControlled(const DeckFields& fields, const Instance
                                                        "and controlled sources",
                                                        fields.words[0].text, function));
   }
-  // The controlling nodes may stand in parentheses.
+  // The controlling nodes may be in parentheses.
   DeckFields plain = fields;
   plain.words = WithoutParentheses(fields.words, 0);
   if (absl::Status status = NeedWords(plain, by_voltage ? 6 : 5, form); !status.ok()) return status;
@@ -143,7 +143,7 @@ absl::Status DeckCircuit::AddTable(const DeckFields& fields, const Instance& ins
   const std::string& name = fields.words[0].text;
   const std::string_view text = fields.line->text;
   const std::string lower = Lower(text);
-  // Behind the word itself the line is read anew: "=" would pair words.
+  // Splits the line again after the word, since "=" would pair words.
   const std::vector<DeckWord> words = WithoutParentheses(WordsOf(*fields.line), 0);
   const auto table =
       std::find_if(words.begin(), words.end(), [](const DeckWord& word) { return Lower(word.text) == "table"; });

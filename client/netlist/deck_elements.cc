@@ -81,7 +81,7 @@ absl::StatusOr<DeckFields> DeckCircuit::WithoutModel(const DeckFields& fields, s
   return plain;
 }
 
-// What parts of LTspice say about themselves has no effect, nor what is of other analyses.
+// Ignores the descriptions of LTspice's parts, and parameters of other analyses.
 void DeckCircuit::AddRatings(const DeckFields& fields, char kind, std::set<std::string>& known) {
   static const std::map<char, std::set<std::string>> kRatings = {
       {'r', {"tol", "pwr", "mfg", "pn", "type", "ac", "tc", "tc1", "tc2", "noisy"}},

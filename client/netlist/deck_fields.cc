@@ -61,7 +61,7 @@ absl::Status NeedWords(const DeckFields& fields, std::size_t count, const std::s
 }
 
 std::string HintOnBlank(const DeckFields& fields, std::size_t k) {
-  constexpr std::size_t kFirstValue = 3;  // behind two nodes, which may be numbers
+  constexpr std::size_t kFirstValue = 3;  // after two nodes, which may be numbers
   if (k <= kFirstValue || k >= fields.words.size()) return "";
   const DeckWord &word = fields.words[k], &before = fields.words[k - 1];
   const std::size_t end = before.offset + before.text.size();

@@ -49,7 +49,7 @@ absl::StatusOr<TransistorModel> TransistorOf(const DeckModel& model, const std::
                                              const TransistorSize& size, const DeckOptions& options,
                                              ParameterScope& scope, DeckNotes& notes);
 
-// What the line of a resistor says beside its model.
+// The parameters in the line of a resistor, in addition to its model.
 struct ResistorLine {
   bool has_value = false;        // ohms
   double length = 0, width = 0;  // m; 0 if missing

@@ -60,7 +60,7 @@ struct DeckParts {
 // or nested too deep.
 absl::StatusOr<DeckParts> SortDeck(const DeckText& text);
 
-// Says that line 1 is not read, where it looks like an element or a command; else empty.
+// A note that line 1 is not read, if it looks like an element or a command; otherwise empty.
 std::string NoteOnTitle(const std::string& title);
 
 }  // namespace dlcs::client

@@ -306,7 +306,7 @@ absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, 
       continue;
     }
     if (!in_parentheses && is_word) break;
-    // Behind a time of 0 both meanings are the same.
+    // After a time of 0 both meanings are the same.
     const bool is_relative = values.size() >= 2 && values[values.size() - 2] != 0;
     if (name == "pwl" && values.size() % 2 == 0 && is_relative && text.starts_with('+')) {
       return DeckError(fields.Place(k), fmt::format("{} of PWL: a time after the one before in LTspice, since 0 in "

@@ -14,7 +14,7 @@
 
 namespace dlcs::client {
 
-// What SPICE takes for numbers that are missing.
+// The defaults of SPICE for missing numbers.
 struct WaveformDefaults {
   double step = 0;  // TSTEP
   double stop = 0;  // TSTOP
@@ -24,7 +24,7 @@ struct WaveformDefaults {
 // Whether `lower` names one of these functions.
 bool IsWaveform(const std::string& lower);
 
-// The function that begins with word `k`, with its numbers in parentheses or without; `k` moves behind it. Errors:
+// The function that begins with word `k`, with its numbers in parentheses or without; `k` is moved after it. Errors:
 // InvalidArgument with the place.
 absl::StatusOr<Waveform> ReadWaveform(const DeckFields& fields, std::size_t& k, const WaveformDefaults& defaults,
                                       ParameterScope& scope, DeckNotes& notes);

@@ -78,7 +78,7 @@ absl::StatusOr<std::vector<Definition>> DefinitionsOf(const DeckLine& line, std:
       made.expression = text.substr(at + 1, close - at - 1);
       at = close + 1;
     } else {
-      // Up to a blank behind which the next definition begins.
+      // Ends at a blank that the next definition follows.
       int depth = 0;
       const std::size_t begin = at;
       for (; at < text.size(); ++at) {

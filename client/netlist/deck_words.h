@@ -37,8 +37,8 @@ struct Definition {
   std::string name, expression;
   std::size_t offset = 0;
 };
-// The definitions of a .param line from `offset` on; expressions stand in braces, in quotes, or without blanks outside
-// of parentheses. Errors: InvalidArgument with the place.
+// The definitions of a .param line from `offset` on; expressions are in braces, in quotes, or without blanks outside of
+// parentheses. Errors: InvalidArgument with the place.
 absl::StatusOr<std::vector<Definition>> DefinitionsOf(const DeckLine& line, std::size_t offset);
 
 // Without blanks at both ends.

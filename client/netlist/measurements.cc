@@ -141,7 +141,7 @@ class MeasurementReader {
   }
 
  private:
-  // In small letters; empty behind the end.
+  // In small letters; empty after the end.
   std::string Word(std::size_t k) const { return k < items_.size() ? Lower(items_[k].text) : ""; }
 
   bool IsOfOtherAnalysis() const {
@@ -232,7 +232,7 @@ class MeasurementReader {
 
   absl::Status TakeQuantity(DeckQuantity& quantity) {
     if (at_ >= items_.size()) return Fail("ends before what is measured");
-    // Blanks may stand around operators.
+    // Blanks around operators are allowed.
     static const std::string kOperators = "+-*/";
     DeckItem item = items_[at_++];
     for (; at_ < items_.size(); ++at_) {
@@ -248,7 +248,7 @@ class MeasurementReader {
     return absl::OkStatus();
   }
 
-  // "= value" behind a keyword, which has been read; LTspice does without "=".
+  // "= value" after a keyword, which has been read; LTspice omits "=".
   absl::Status TakeValue(const std::string& keyword, double& value) {
     if (Word(at_) == "=") ++at_;
     if (at_ >= items_.size()) return Fail(fmt::format("expected {}=value", keyword), at_ - 1);

@@ -15,8 +15,8 @@ namespace dlcs::client {
 // control stays at the threshold: the limit of switching ever faster. The solution is then that of the equations, but
 // hardly what the circuit does; with hysteresis it is none at all, and no success. Adds to the verdict of `summary`,
 // the result of a solve on [0, horizon] by event_driven, a concern for each of `relays` that is in between for longer
-// than rounding: its name, how long, and since when. Results of other methods have no switching times, and stay as they
-// are.
+// than rounding: its name, how long, and since when. Results of other methods have no switching times, and are not
+// changed.
 void AddSlidingConcerns(const std::vector<Relay>& relays, double horizon, v1::Summary& summary);
 
 }  // namespace dlcs::client

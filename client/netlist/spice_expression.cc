@@ -446,7 +446,7 @@ class ExpressionReader {
   const std::string_view text_;
   ParameterScope& scope_;
   const Bindings& bindings_;
-  const PiecewiseMaker* maker_;  // null where voltages and currents are not allowed
+  const PiecewiseMaker* maker_;  // null if voltages and currents are not allowed
   const int depth_;
   std::size_t& work_;
   std::size_t at_ = 0;

@@ -93,7 +93,7 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
 
 // Reserves memory for the trajectory, so that it is not copied as it grows; unused pages cost nothing.
 void ResultCollector::Reserve() {
-  constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  // whatever a server announces
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  // even if the server announces more
   const std::size_t outputs = result_.names.outputs.size();
   const std::size_t most = kMaxBytes / (sizeof(double) * (1 + result_.states + 2 * result_.constraints + outputs));
   const std::int64_t announced = asked_times_ > 0 ? asked_times_ : result_.analysis.steps() + 1;

@@ -21,8 +21,8 @@ namespace {
 
 grpc::ChannelArguments ChannelSettings() {
   grpc::ChannelArguments settings;
-  // Small receive windows without growing ones keep a watcher within tens of milliseconds of the engine;
-  // the defaults let seconds of iterates pile up in transit.
+  // Small receive windows without growing ones keep a watcher within tens of milliseconds of the engine; with the
+  // defaults, seconds of iterates would be in transit.
   settings.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   settings.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 256 << 10);
   // A broken link is noticed after half a minute instead of many; dlcsd permits a ping every 10 s.

@@ -36,7 +36,7 @@ class Connection {
   void NoteAnswer() const { answered_->store(true); }
   bool has_answered() const { return answered_->load(); }
 
-  // The error of a failed call, with an explanation. If no server answers it may connect once more to find the reason.
+  // The error of a failed call, with an explanation. If no server answers, it may connect again to find the reason.
   absl::Status Describe(const grpc::Status& status) const;
   // The reason why further attempts cannot succeed either; absent if another attempt may succeed.
   std::optional<absl::Status> PermanentFailure(const grpc::Status& status) const;

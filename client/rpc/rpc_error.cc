@@ -74,7 +74,7 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
       return fmt::format("no answer from {} within the deadline. Allow more time, or check that a dlcsd listens there",
                          address);
     case grpc::StatusCode::UNIMPLEMENTED:
-      if (said.ends_with('.')) break;  // a sentence: of a dlcsd, which says why
+      if (said.ends_with('.')) break;  // a sentence, so it is a message of dlcsd with the reason
       return fmt::format(
           "the program at {} does not offer this call{}. Is it a dlcsd of this version? Jobs and uploads need one "
           "with --store",

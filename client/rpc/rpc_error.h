@@ -16,7 +16,7 @@ namespace dlcs::client {
 // InvalidArgument that carries `bad_request` as a payload, keyed by its type URL. The message lists the violations,
 // "field: description", one per line.
 absl::Status BadRequestError(const google::rpc::BadRequest& bad_request);
-// The violations that `status` carries as BadRequestError() has them; empty where it carries none.
+// The violations that `status` carries as BadRequestError() has them; empty if it carries none.
 google::rpc::BadRequest BadRequestOf(const absl::Status& status);
 
 // `status` (not OK) with the same code. Decodes the details that the service sends (BadRequest, ErrorInfo, RetryInfo)

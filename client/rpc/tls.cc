@@ -186,7 +186,7 @@ std::string BadServerCertificate(long verdict, const ConnectionOptions& options,
   }
 }
 
-// The last call failed with an alert, which only an end that speaks TLS can send.
+// Whether the last call failed with a TLS alert, which only a TLS server can send.
 bool RefusesInTls() {
   const unsigned long error = ERR_peek_last_error();
   return ERR_GET_LIB(error) == ERR_LIB_SSL && ERR_GET_REASON(error) > SSL_AD_REASON_OFFSET;

@@ -22,8 +22,8 @@ struct TlsTexts {
 // Errors: InvalidArgument with the field ("tls_ca"), the file and the rule.
 absl::StatusOr<TlsTexts> ReadTls(const ConnectionOptions& options);
 
-// Connects once more without gRPC, and describes the problem if it is one of TLS: the certificate of the server or of
-// the client, or only one end uses TLS. Absent otherwise. Takes at most some seconds.
+// Connects again without gRPC, and describes the problem if it is one of TLS: the certificate of the server or of the
+// client, or only one end uses TLS. Absent otherwise. Takes at most some seconds.
 std::optional<std::string> DiagnoseTls(const ConnectionOptions& options);
 
 }  // namespace dlcs::client

@@ -128,7 +128,7 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsFor(const Access& access) {
 }
 
 bool IsForwarded(const grpc::ServerContextBase& context) {
-  return MetadataOf(context, kForwardedCaller).has_value();  // refused where it comes from outside
+  return MetadataOf(context, kForwardedCaller).has_value();  // calls from outside with it are refused
 }
 
 std::string PeerOf(const Access& access, const grpc::ServerContextBase& context) {

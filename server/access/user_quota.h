@@ -22,7 +22,7 @@ class UserQuota {
   // `limit` is the name for messages, that of the flag: "max_watches_per_user".
   UserQuota(std::string limit, int most) : state_(std::make_shared<State>()), limit_(std::move(limit)), most_(most) {}
 
-  // Errors: ServerBusy where `user` has as many as allowed.
+  // Errors: ServerBusy if `user` has as many as allowed.
   absl::StatusOr<Ticket> Take(const std::string& user);
 
  private:

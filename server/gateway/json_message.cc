@@ -60,7 +60,7 @@ class JsonPieces final : public google::protobuf::io::ZeroCopyInputStream {
   bool too_deep() const { return too_deep_; }
 
  private:
-  // Moves `end_` to the end of the next piece; false where the text is too deep.
+  // Moves `end_` to the end of the next piece; false if the text is too deep.
   bool FindEnd() {
     const std::size_t enough = std::min(end_ + bounds_.piece_bytes, json_.size());
     while (end_ < json_.size()) {

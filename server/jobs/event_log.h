@@ -40,7 +40,7 @@ struct EventLogLimits {
 };
 inline constexpr std::size_t kEventOverheadBytes = 160;
 
-// How numbers stay unique over crashes. A number is shown to watchers only when
+// How numbers remain unique over crashes. A number is shown to watchers only when
 //  - the store has a mark at or above it (Reserve), so that a server that resumes the job begins above it, and
 //  - all durable events up to it are in the store (MarkStored), so that nothing shown can be lost.
 // The engine does not wait for either: it appends, and watchers see the event one commit later.

@@ -228,7 +228,7 @@ bool JobManager::Healthy() const {
 JobManager::Load JobManager::load() const {
   const std::lock_guard lock(mutex_);
   depth_wanted_until_ = clock_.Elapsed() + kDepthInterest;
-  // The scheduler knows of jobs that came after the last poll, and not of all that are in the store.
+  // The scheduler knows jobs that were submitted after the last poll, but not all that are in the store.
   return {.queued = std::max<std::int64_t>(scheduler_.queued(), depth_.jobs),
           .queued_core_seconds = std::max(scheduler_.queued_core_seconds(), depth_.core_seconds),
           .oldest_queued_age = depth_.oldest_age,
@@ -318,7 +318,7 @@ std::optional<ClaimedJob> JobManager::Claim(Scheduler::Start& start) {
   absl::StatusOr<std::optional<ClaimedJob>> claimed = store_.Claim(options_.worker, options_.lease, candidates);
   const std::lock_guard lock(mutex_);
   if (!claimed.ok()) {
-    // The housekeeper finds this job again; the others stay in the queue.
+    // The housekeeper finds this job again; the others remain in the queue.
     scheduler_.PutBack(start.id);
     return std::nullopt;
   }

@@ -33,7 +33,7 @@
 namespace dlcs::jobs {
 
 // How an attempt ended, as the solve function reports it:
-//   OK           the work is done: SUCCEEDED, even if a stop came at the last moment;
+//   OK           the work is done: SUCCEEDED, even if a stop was requested at the last moment;
 //   CANCELLED    it was stopped; the new state of the job depends on the cause;
 //   UNAVAILABLE  it could not read its data from the store, and has emitted nothing yet: it is called again until it
 //                can or is stopped;
@@ -140,7 +140,7 @@ class JobManager {
   // A job whose lease this server has or is about to get.
   struct Active {
     std::shared_ptr<JobRun> run;  // null while it is being claimed
-    bool cancelled = false;       // a cancel request came while it was being claimed
+    bool cancelled = false;       // it was cancelled while it was being claimed
   };
 
   // A request of another server for events of a job that is watched there.

@@ -94,17 +94,17 @@ class Scheduler {
   };
   // The job to start now; absent if none is queued or none fits beside the running ones.
   std::optional<Start> StartNext();
-  // Jobs that may be started in the place of `started`, which StartNext() returned and another server may have by now:
-  // those whose turn comes next and that fit into its cores and memory, at most `most` and half of the queue. None for
-  // ensembles, of which several servers solve shards, and on burst cores, which are few. They wait, and nothing else
-  // starts them, until Settle(). O(users + most + jobs passed over).
+  // Alternatives to `started`, which StartNext() returned and another server may have claimed meanwhile: the next jobs
+  // in turn that fit into its cores and memory, at most `most` and half of the queue. None for ensembles, whose shards
+  // several servers solve, and none on burst cores, which are few. Nothing else starts them until Settle(). O(users +
+  // most + jobs passed over).
   std::vector<JobId> SetAside(const JobId& started, int most);
-  // Queues them as before.
+  // Queues the alternatives as before.
   void PutBack(const JobId& started);
-  // What came of `started` and the jobs set aside for it. `claimed`: the one that this server has got, in the order in
-  // which they were named: those before it, all where it is absent, are other servers' and leave the queue; the rest
-  // are queued as before. Returns what runs now. Where it is another job, `started` has ended; where it is absent,
-  // `started` still has its place, until Finished().
+  // Ends the claim of `started` and its alternatives. `claimed` is the first of them that this server could claim.
+  // Those before it (all if it is absent) belong to other servers and leave the queue; those after it are queued as
+  // before. Returns the job that runs now, absent if there is none. If it is an alternative, `started` has ended; if it
+  // is absent, `started` keeps its cores until Finished().
   std::optional<Start> Settle(const JobId& started, const std::optional<Request>& claimed);
   // Frees the cores of a job that no longer needs them, after `core_seconds`. It keeps its memory.
   void GiveBackCores(const JobId& id, double core_seconds);

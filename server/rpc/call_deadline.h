@@ -11,7 +11,7 @@
 namespace dlcs {
 
 // Earlier than `deadline` by a tenth of the time left (at least a quarter of a second, at most one second), and by what
-// the delivery of `result_bytes` may take, together by at most half of the time left. Absent where the call has no
+// the delivery of `result_bytes` may take, together by at most half of the time left. Absent if the call has no
 // deadline.
 std::optional<std::chrono::system_clock::time_point> StopTime(std::chrono::system_clock::time_point deadline,
                                                               std::int64_t result_bytes);

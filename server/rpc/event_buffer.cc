@@ -116,7 +116,7 @@ void EventBuffer::DropOldestIterate() {
 }
 
 void EventBuffer::DropOldestWindow() {
-  // Near the front: only accepted, analysis and one gap can stand before it.
+  // Near the front: only accepted, analysis and one gap can precede it.
   ReplaceByGap(std::find_if(queue_.begin(), queue_.end(), IsWindow));
 }
 

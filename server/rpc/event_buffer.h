@@ -22,11 +22,11 @@ namespace dlcs {
 //
 // - Events of the running engine are queued, at most `max_events`. When a reader is so slow that iterates fill
 //   their share of the queue, the oldest iterate is dropped for each new one. When windows alone fill it (a
-//   reader that stopped while thousands of windows went by), the oldest window event is dropped too. What was
-//   dropped is replaced, where it stood, by one gap for each run of neighbors. An event takes about 0.3 KB
-//   here, so the default is 3 MB at most.
+//   reader that stopped while thousands of windows went by), the oldest window event is dropped too. Each
+//   run of dropped neighbors is replaced by one gap. An event takes about 0.3 KB here, so the default is 3 MB
+//   at most.
 // - The trajectory is not queued. The buffer keeps the finished solve and makes one chunk when the reader
-//   asks for it.
+//   requests it.
 //
 // `accepted`, `analysis`, the chunks and the summary are never dropped. The numbers of the events delivered
 // are 1, 2, 3, ... except where a gap covers the numbers in between.

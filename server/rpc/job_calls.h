@@ -55,7 +55,7 @@ class ReadTrajectoryCall final : public StreamCall<v1::TrajectoryPage> {
   bool ended_ = false;
 };
 
-// The results of an ensemble, and with `follow` those to come.
+// The results of an ensemble; with `follow`, also those stored later.
 class ReadEnsembleCall final : public StreamCall<v1::EnsemblePage> {
  public:
   ReadEnsembleCall(CallEnvironment& environment, grpc::CallbackServerContext& context,
@@ -71,7 +71,7 @@ class ReadEnsembleCall final : public StreamCall<v1::EnsemblePage> {
 
   const v1::ReadEnsembleRequest& request_;  // owned by gRPC, valid until OnDone()
   UserQuota::Ticket place_;
-  std::unique_ptr<jobs::JobWatch> watch_;  // of the events that come while it waits; null without `follow`
+  std::unique_ptr<jobs::JobWatch> watch_;  // wakes the call while it waits for results; null without `follow`
   std::optional<EnsembleReader> reader_;
   std::optional<v1::EnsemblePage> page_;
   bool fetches_ = false;  // events are to be read from the store

@@ -233,7 +233,7 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
   std::unique_ptr<grpc::Alarm> gathering_;
   bool working_ = true;              // Work() is running, or will be when the headers are sent
   bool finished_ = false;            // Finish() was called
-  std::optional<absl::Status> end_;  // how the call ends when Work() returns, whatever there is to write
+  std::optional<absl::Status> end_;  // how the call ends when Work() returns, even if there is more to write
 };
 
 }  // namespace dlcs

@@ -85,7 +85,7 @@ absl::StatusOr<std::int64_t> CountResultBytes(const std::variant<Problem, Nonlin
 
 // Renames the fields of `violations` of a problem and of options to their paths in the request: "A[0][1]" of "problem"
 // is problem.a[0][1], "steps" is options.steps, "members[3].T" is members[3].horizon. `system` is the field that holds
-// the problem; empty where that is the request itself.
+// the problem; empty if that is the request itself.
 std::vector<Violation> InRequest(std::vector<Violation> violations, const std::string& system);
 
 // Returns an error of the engine with the paths of InRequest() in its violations, and one without violations unchanged.

@@ -63,8 +63,8 @@ class EnsembleReader {
   static absl::StatusOr<EnsembleReader> Create(jobs::JobStore& store, std::optional<std::string> owner,
                                                const jobs::JobId& id, const v1::ReadEnsembleRequest& request);
 
-  // The next page; absent where no further shard is stored and the job has not ended. Blocks on the store. Errors:
-  // NotFound, for a job of somebody else too; FailedPrecondition for a solve; those of the store.
+  // The next page; absent if no further shard is stored and the job has not ended. Blocks on the store. Errors:
+  // NotFound, also for a job of another user; FailedPrecondition for a solve; those of the store.
   absl::StatusOr<std::optional<v1::EnsemblePage>> Next();
 
   // A page without a shard, for readers that wait.

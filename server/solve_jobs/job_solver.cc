@@ -59,7 +59,7 @@ jobs::Demand PredictDemand(const PreparedSolve& prepared) {
   jobs::Demand demand;
   demand.core_seconds = 0.005 + (setup + CountSteps(prepared) * step) / kFlopsPerSecond;
   demand.threads = demand.core_seconds < kLargeSeconds ? 1 : std::max(prepared.options.num_threads, 1);
-  // The trajectory, once more of it on its way to the store, and matrices.
+  // The trajectory, a copy of it on its way to the store, and matrices.
   const double matrices = sizeof(double) * ((dense ? 10 * m * m : 100 * m) + 10 * n * n);
   demand.memory_bytes = 2 * prepared.result_bytes + static_cast<std::int64_t>(matrices) + (std::int64_t{1} << 20);
   return demand;

@@ -25,7 +25,7 @@ struct StoredTrajectory {
   Matrix w;  // n × times
 };
 
-// The first `parts` parts. Errors: DataLoss where they do not fit together; those of the store.
+// The first `parts` parts. Errors: DataLoss if they do not fit together; those of the store.
 absl::StatusOr<StoredTrajectory> ReadStoredTrajectory(jobs::JobStore& store, const jobs::JobId& id, std::int64_t parts,
                                                       Index states, Index constraints);
 
@@ -36,7 +36,7 @@ class TrajectoryReader {
   static absl::StatusOr<TrajectoryReader> Create(jobs::JobStore& store, std::optional<std::string> owner,
                                                  const jobs::JobId& id, const v1::ReadTrajectoryRequest& request);
 
-  // Nothing after the last page. Blocks on the store. Errors: NotFound, for a job of somebody else too; InvalidArgument
+  // Nothing after the last page. Blocks on the store. Errors: NotFound, also for a job of another user; InvalidArgument
   // for a component that does not exist; those of the store.
   absl::StatusOr<std::optional<v1::TrajectoryPage>> Next();
 

@@ -82,7 +82,7 @@ struct ShardResult {
 };
 
 struct JobFilter {
-  std::optional<std::string> owner;  // absent: everybody's
+  std::optional<std::string> owner;  // absent: the jobs of all users
   std::vector<JobState> states;      // empty: all
 };
 

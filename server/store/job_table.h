@@ -70,7 +70,7 @@ class JobTable {
   virtual bool AddEvent(std::int64_t number, const Event& event) = 0;
   virtual bool AddChunk(std::int64_t number, const Chunk& chunk) = 0;
 
-  // The shards of the job with this number, whose row is locked. Absent where there is none, or none to claim.
+  // The shards of the job with this number, whose row must be locked. Absent if there is none, or none to claim.
   virtual std::optional<ShardRow> FindShard(std::int64_t number, std::int64_t shard) = 0;
   virtual std::optional<ShardRow> FindClaimableShard(std::int64_t number) = 0;
   virtual std::string ReadShardInput(std::int64_t number, std::int64_t shard) = 0;

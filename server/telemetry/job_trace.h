@@ -12,7 +12,7 @@ namespace dlcs {
 // request ignore it, like fields of later versions. `trace_id` as TraceIdOf() gives it; an empty one changes nothing.
 std::string WithTraceId(std::string request, const std::string& trace_id);
 
-// The id in such a request; empty where there is none. O(1).
+// The id in such a request; empty if there is none. O(1).
 std::string TraceIdIn(const std::string& request);
 
 }  // namespace dlcs

@@ -55,7 +55,7 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
 EnsembleMember MemberFromProto(const v1::EnsembleMember& member, const v1::Problem& base, const std::string& field,
                                std::vector<Violation>& violations);
 NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem, std::vector<Violation>& violations);
-// `step`, `steps` must be positive and `grid_times` not empty where set: the engine reads 0 and none as not
+// `step`, `steps` must be positive and `grid_times` not empty if set: the engine reads 0 and none as not
 // set.
 Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations);
 
@@ -92,8 +92,8 @@ v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index co
 // Everything but the trajectory.
 v1::Summary SummaryToProto(const Solution& solution);
 
-// The name on the wire of an option that Validate(Options) calls `core_field`: "num_steps" is "steps",
-// "contour_mu" is "contour.mu"; an index behind it stays.
+// The name on the wire of an option that Validate(Options) calls `core_field`: "num_steps" is "steps", "contour_mu" is
+// "contour.mu"; an index after it is kept.
 std::string WireOptionName(const std::string& core_field);
 
 }  // namespace dlcs

@@ -23,7 +23,7 @@ struct CaseFile {
 
 // The names of the files in tests/hostile/cases, without their ending.
 std::vector<std::string> CaseNames();
-// Throws std::runtime_error where a source is anything else.
+// Throws std::runtime_error if a source is anything else.
 CaseFile ReadCase(const std::string& name);
 
 }  // namespace dlcs::hostile

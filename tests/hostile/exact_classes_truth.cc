@@ -39,7 +39,7 @@ bool IsZero(const Row& v) {
   return std::all_of(v.begin(), v.end(), [](std::int64_t entry) { return entry == 0; });
 }
 
-// The vector at right angles to d - 1 rows of d entries, by cofactors; zero where they depend on each other.
+// The vector at right angles to d - 1 rows of d entries, by cofactors; zero if they depend on each other.
 Row Normal(const Rows& rows, std::size_t dimension) {
   Row normal(dimension);
   const auto all = Members((1u << rows.size()) - 1u);

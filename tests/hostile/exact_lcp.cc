@@ -25,7 +25,7 @@ void Reduce(Fractions& y) {
   for (Integer& entry : y.numerator) entry /= divisor;
 }
 
-// y with y_T = -M_RT⁻¹ q_R and zeros elsewhere, of any sign; absent where M_RT is singular.
+// y with y_T = -M_RT⁻¹ q_R and zeros elsewhere, of any sign; absent if M_RT is singular.
 std::optional<Fractions> PointOf(const IntegerMatrix& M, const IntegerVector& q, const std::vector<Index>& R,
                                  const std::vector<Index>& T) {
   Fractions y{std::vector<Integer>(q.size(), 0), ExactDeterminant(M, R, T)};

@@ -154,7 +154,7 @@ class Elimination {
     column_of_.assign(k, -1);
   }
 
-  // y = result z, a row for each of the pairs; nothing where it is not determined.
+  // y = result z, a row for each of the pairs; nothing if it is not determined.
   std::optional<DenseMatrix> Solve(std::vector<Column>& invariants) {
     Pivot();
     const int k = static_cast<int>(pairs_.size());

@@ -31,7 +31,7 @@ struct RegimeSystem {
 
 class Mode {
  public:
-  // Bit i of `active`: w_i = 0 and y_i may be positive. Null where y is not determined by the constraints and their
+  // Bit i of `active`: w_i = 0 and y_i may be positive. Null if y is not determined by the constraints and their
   // first derivatives.
   static std::shared_ptr<Mode> Create(const RegimeSystem& regime, unsigned active, double horizon);
 

@@ -200,7 +200,7 @@ constexpr const char* kDynamicsNames[] = {"tame A",      "oscillating A", "unsta
                                           "nilpotent A", "zero A",        "stiff diagonal A", "stiff triangular A",
                                           "graded A",    "circuit A",     "stiff rotated A"};
 
-// `metric` is set to d > 0 where D⁻¹ A is what damps (rows divided by rates or capacities): B = D Nᵀ is then passive.
+// `metric` is set to d > 0 if D⁻¹ A is what damps (rows divided by rates or capacities): B = D Nᵀ is then passive.
 MatrixXd MakeA(Random& random, Dynamics kind, int m, VectorXd& metric) {
   metric = VectorXd::Ones(m);
   MatrixXd A = MatrixXd::Zero(m, m);

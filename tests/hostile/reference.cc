@@ -96,7 +96,7 @@ const DenseMatrix& OddFromEven() {
   return result;
 }
 
-// The first u in [begin, begin + width] where the polynomial is below -`allowed`; nothing where it never is.
+// The first u in [begin, begin + width] where the polynomial is below -`allowed`; nothing if it never is.
 std::optional<double> FirstBelow(const Column& bernstein, double allowed, double begin, double width, int depth) {
   if (ToDouble(bernstein.front()) < -allowed) return begin;
   double least = std::numeric_limits<double>::infinity();
@@ -374,7 +374,7 @@ class Walk {
     for (Index i = 0; i < result_.size_w.size(); ++i) raise(result_.size_w(i), Real(s.unit_of_w[i]) * (Nz[i] + My[i]));
   }
 
-  // The whole of `interval`, from its begin; false where the walk ends.
+  // The whole of `interval`, from its begin; false if the walk ends.
   bool Cross(const SmoothInterval& interval) {
     auto found = regimes_.find(interval.regime);
     if (found == regimes_.end())

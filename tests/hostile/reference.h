@@ -57,7 +57,7 @@ struct ReferenceLimits {
 struct Replay {
   std::vector<double> decisions;
   // The mode that is reported behind `time`, as bits, until the next of the decisions: it is followed unless its y or w
-  // become negative before. Nothing where none is reported.
+  // become negative before. Nothing if none is reported.
   std::function<std::optional<unsigned>(double time)> reported;
   // For each candidate, x after a while `probe` behind `time`.
   std::function<double(double time)> probe_time;
@@ -71,7 +71,7 @@ Reference Refer(const System& system, const std::vector<double>& times, const Re
 // The largest change of x, relative to the size of each component, that was found when each nonzero number of the data
 // changes by one ulp: of three with random signs, and, where these leave open whether `enough` can be reached, of the
 // one with the signs that add up what the numbers do one at a time. Only the first 200 numbers have a turn, those of A
-// first, and only for ten seconds; the others keep random signs. Infinite where a reference ends otherwise, but for its
+// first, and only for ten seconds; the others keep random signs. Infinite if a reference ends otherwise, but for its
 // limits.
 double Condition(const System& system, const std::vector<double>& times, const Reference& reference, double enough,
                  const ReferenceLimits& limits = {});

@@ -93,7 +93,7 @@ std::optional<double> FigureOf(const Solution& solution) {
   return std::max(solution.accuracy.error, kFloor);
 }
 
-// The active set that the engine reports behind `time`, as bits; nothing where coupled steps were taken.
+// The active set that the engine reports behind `time`, as bits; nothing if coupled steps were taken.
 std::optional<unsigned> ReportedActive(const Solution& solution, double time) {
   unsigned active = 0;
   bool is_known = true;

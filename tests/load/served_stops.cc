@@ -53,7 +53,7 @@ class WatchedJob {
 
   const std::string& name() const { return name_; }
 
-  // Until `seconds` have passed since it began to run; false where it was over before.
+  // Until `seconds` have passed since it began to run; false if it was over before.
   bool WaitUntilRunningFor(double seconds) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return running_ > 0 || is_over_; });
@@ -62,7 +62,7 @@ class WatchedJob {
   }
   void WaitUntilOver() { watcher_.join(); }
 
-  // Only after WaitUntilOver(). Times of the server, but for the last; 0 where there was no such event.
+  // Only after WaitUntilOver(). Times of the server, but for the last; 0 if there was no such event.
   double running() const { return running_; }
   double cancelling() const { return cancelling_; }
   double stored() const { return stored_; }  // the engine has ended, and its results are being stored
@@ -133,7 +133,7 @@ v1::CreateSolveJobRequest RequestOf(const StopCase& the_case) {
   return request;
 }
 
-// Cancels a job `after` seconds of running. Nothing where it was over before; `took` is then how long it ran.
+// Cancels a job `after` seconds of running. Nothing if it was over before; `took` is then how long it ran.
 std::optional<ServedStop> Cancel(client::JobClient& client, const v1::CreateSolveJobRequest& request, double after,
                                  double& took) {
   const auto submitted = client.Submit(request, {});
@@ -159,7 +159,7 @@ std::optional<ServedStop> Cancel(client::JobClient& client, const v1::CreateSolv
   return stop;
 }
 
-// A job whose deadline is `allowed` seconds away. Nothing where it was over before.
+// A job whose deadline is `allowed` seconds away. Nothing if it was over before.
 std::optional<ServedStop> Overrun(client::JobClient& client, v1::CreateSolveJobRequest request, double allowed,
                                   double& took) {
   const double deadline = Now() + allowed;
@@ -179,7 +179,7 @@ std::optional<ServedStop> Overrun(client::JobClient& client, v1::CreateSolveJobR
 }
 
 // The case with so few steps, as long as before, that the server predicts less than `seconds` for it: what is predicted
-// to miss its deadline would be refused. Most cases take longer than predicted. Nothing where even few steps are
+// to miss its deadline would be refused. Most cases take longer than predicted. Nothing if even few steps are
 // predicted to take longer.
 std::optional<StopCase> PredictedWithin(double seconds, client::JobClient& client, StopCase the_case,
                                         double& predicted) {

@@ -29,7 +29,7 @@ struct RestrictedDcpSolution {
 //     Φ(t_j, v') = Σ_{l=1..j} F_{j-l} z_l,     F_k = C (e^{khA} φ_1(hA) - I) B   exactly,
 //     z_j from LCP(q_j + CB v_{j-1} + Σ_{l<j} F_{j-l} z_l, CB + F_0).
 //
-// The memory term of (12) is summed directly; no state is stored. First order in v. `solved` is false where an LCP has
+// The memory term of (12) is summed directly; no state is stored. First order in v. `solved` is false if an LCP has
 // no solution; for strictly semicopositive CB every one has for h <= h̄ of Theorem 7(a). Of several solutions any is
 // taken: see TestDcpUniqueness(). Errors: InvalidArgument for shapes, entries that are not finite, t̂ <= 0, steps < 1,
 // or C x0 >= 0 not true; Cancelled where `stop`, looked at every step, was requested. Cost: O(steps² n²) + O(steps m²

@@ -10,7 +10,7 @@
 
 namespace dlcs::testing {
 
-// The test fails, and the solution is empty, where Solve() returns an error.
+// The test fails, and the solution is empty, if Solve() returns an error.
 Solution SolveWith(const Problem& problem, const Options& options);
 
 // The test fails also where the solution does not converge.

@@ -43,7 +43,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kFilePart
     {"outputs.d", "outputs.D"},
 }};
 
-// What the command line calls `field`, the path of an option in a request from its name on; empty where it is none.
+// What the command line calls `field`, the path of an option in a request from its name on; empty if it is none.
 std::string FlagAndIndex(std::string_view field) {
   const std::size_t end = std::min(field.find('['), field.size());
   const std::string_view name = field.substr(0, end);

@@ -16,8 +16,8 @@
 
 namespace dlcs::client {
 
-// The server at `server`, or this process if that has no address. A server that comes from the environment or a context
-// is named on standard error, unless `quiet`. Errors: InvalidArgument with the option.
+// The server at `server`, or this process if that has no address. A server from the environment or a context is named
+// on standard error, unless `quiet`. Errors: InvalidArgument with the option.
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server, bool quiet = false);
 
 // Prints a notice on standard error, for example that a call is repeated or a solve is resumed.

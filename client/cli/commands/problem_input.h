@@ -40,7 +40,7 @@ class ProblemInput {
   // limits may then have another result.
   bool HasLimits() const { return !deck_.empty() && file_.problem.outputs().limits_size() > 0; }
   bool ReachedLimit(const v1::Summary& summary) const;
-  // Reads the deck once more, for limits that are `factor` times as large. Errors: none but those of Read().
+  // Reads the deck again, with limits that are `factor` times as large. Errors: none but those of Read().
   absl::Status RaiseLimits(double factor);
 
   // Adds to the verdict which switches and comparators of a deck slide.
@@ -73,7 +73,7 @@ class ProblemInput {
   std::string deck_, folder_;  // the text of a deck, and where its includes are
   std::optional<v1::SolutionRule> rule_;
   ProblemFile file_;
-  std::string name_;  // empty where it is a file
+  std::string name_;  // empty if it is a file
   ServerTarget server_;
   std::vector<std::string> notes_;
   std::vector<Relay> relays_;

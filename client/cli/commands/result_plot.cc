@@ -46,7 +46,7 @@ std::string Quoted(std::string_view text) {
   return result + "'";
 }
 
-// Stands for the outputs where x, y and w are letters.
+// The letter of the outputs, beside x, y and w.
 constexpr char kOutputs = 'z';
 
 // One time with its x, y, w and outputs, which the result owns.
@@ -238,7 +238,7 @@ Drawing OverTime(const v1::SolveResult& result, const std::vector<Panel>& panels
         fmt::format("set arrow from {0:.17g}, graph 0 to {0:.17g}, graph 1 nohead dt 3 lc rgb '#999999'\n",
                     result.summary().switching_times(k).time());
   }
-  int column = 1;  // of the table, behind that of t
+  int column = 1;  // of the table, after the column of t
   for (const Panel& panel : panels) {
     std::vector<std::string> curves;
     drawing.curves = std::max(drawing.curves, panel.components.size());

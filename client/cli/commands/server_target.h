@@ -12,7 +12,7 @@
 namespace dlcs::client {
 
 struct ServerTarget {
-  std::string address;  // HOST:PORT; empty where a command runs in this process
+  std::string address;  // HOST:PORT; empty if a command runs in this process
   bool tls = false;
   std::string tls_ca;
   std::string tls_cert;

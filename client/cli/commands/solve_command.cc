@@ -103,7 +103,7 @@ SolveResult Thinned(const SolveResult& result, const std::set<double>& times) {
 
 bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1::SolveOptions::GRID_NOT_SET; }
 
-// `is_held`: CSV was not written as it came.
+// `is_held`: CSV was not written as it arrived.
 absl::Status Print(const SolveCommand& command, const SolveHooks& hooks, const std::string& name,
                    const SolveResult& result, bool is_held, AtomicFile* file) {
   std::FILE* const out = file ? file->stream() : stdout;
@@ -120,7 +120,7 @@ absl::Status Print(const SolveCommand& command, const SolveHooks& hooks, const s
       } else if (result.times.empty() && result.summary.times() == 0) {
         PrintCsvHeader(result.names, result.states, result.constraints, /*has_w=*/true, out);
       }
-      break;  // was written as it came
+      break;  // was written as it arrived
     case OutputFormat::kName:
       break;  // of jobs alone
     case OutputFormat::kNpy:
@@ -242,8 +242,8 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
       {.deadline = limits.deadline, .stop = limits.stop, .keep_trajectory = !as_it_comes || !command.plot.empty()});
 }
 
-// Once more, after a switch of a deck reached the largest current of its model: inductors, and capacitors that currents
-// have charged, may drive more through it than the sources can.
+// Solves again with higher limits, after a switch of a deck reached the largest current of its model: inductors, and
+// capacitors that currents have charged, may drive more current through it than the sources can.
 absl::StatusOr<SolveResult> SolveWithHigherLimits(const SolveCommand& command, v1::SolveRequest request,
                                                   ProblemInput& input, Backend& backend, std::FILE* out, double factor,
                                                   const CallLimits& limits) {

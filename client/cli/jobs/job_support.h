@@ -67,8 +67,8 @@ absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string
 // have. A stop ends the watch, not the job.
 ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLimits& limits);
 
-// Reads the results of the ensemble `job`, those to come too, and prints them as `command` asks for. Returns the exit
-// code that `ensemble` would have. A stop ends the reading, not the job.
+// Reads the results of the ensemble `job` until its end, and prints them as `command` requests. Returns the exit code
+// that `ensemble` would have. A stop ends the reading, not the job.
 ExitCode PrintEnsemble(JobClient& client, const ResultCommand& command, const v1::SolveJob& job,
                        const CallLimits& limits);
 

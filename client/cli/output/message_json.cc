@@ -57,7 +57,7 @@ class JsonWriter {
   fmt::memory_buffer buffer_;
 };
 
-// `text`, an object whose last key is that of empty outputs, up to where that key stands.
+// The beginning of `text`, an object whose last key is that of empty outputs, up to that key.
 std::string WithoutOutputs(std::string text) {
   text.resize(text.rfind(R"(,"outputs":)"));
   return text;

@@ -102,7 +102,7 @@ class ZipWriter {
   ZipWriter(const ZipWriter&) = delete;
   ZipWriter& operator=(const ZipWriter&) = delete;
 
-  // A member `begin` and `rest`. `begin` is kept; `rest` must stay until Close().
+  // A member `begin` and `rest`. `begin` is copied; `rest` must outlive Close().
   void Add(const std::string& name, std::string begin, std::span<const double> rest = {}) {
     if (archive_ == nullptr || failed_) return;
     const std::string& kept = kept_.emplace_back(std::move(begin));

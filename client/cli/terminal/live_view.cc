@@ -97,7 +97,7 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   if (analysis.lipschitz() > 0) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
   PrintText(fmt::format("{}, {}; {}{}{}", Count(analysis.states(), "state"), Count(analysis.constraints(), "pair"),
                         settings_.nonlinear ? "" : "M: ", analysis.matrix_class(), lipschitz));
-  // The reason for the method stands in the result.
+  // The reason for the method is in the result.
   const std::string steps =
       analysis.steps() != 0 ? fmt::format("{} of at most {:.4g}", Count(analysis.steps(), "step"), analysis.step())
       : settings_.default_error

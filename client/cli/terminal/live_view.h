@@ -33,7 +33,7 @@ class LineBudget {
 
 // Shows the events of a solve. On a terminal: the analysis, and below it a panel (solve_panel.h); with `verbose` also a
 // line for each iterate and rejected window. In a log: the analysis, a line per iterate (iteration, change, bound,
-// residual, seconds), rejected windows, and from time to time the progress. If iterates come too fast, only the last
+// residual, seconds), rejected windows, and from time to time the progress. If iterates arrive too fast, only the last
 // iterate of some windows is shown, and the others are counted. To be called from one thread.
 class LiveView {
  public:

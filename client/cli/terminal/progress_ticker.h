@@ -21,7 +21,7 @@ namespace dlcs::client {
 // another thread.
 //
 // The cursor stays visible, so that a crash cannot leave a terminal without one. It waits at the first line of several:
-// from there all can be removed, whether or not the terminal has wrapped them anew since it was resized.
+// from there all can be removed, even if the terminal has wrapped them again after a resize.
 class Ticker {
  public:
   Ticker(std::FILE* out, int width, std::function<std::string(int)> draw);

@@ -132,7 +132,7 @@ void SolvePanel::OnWindowFinished(const v1::WindowFinished& outcome) {
     return;
   }
   queued_ = false;
-  if (outcome.end() < reached_) ++passes_;  // it began once more
+  if (outcome.end() < reached_) ++passes_;  // it began again
   reached_ = outcome.end();
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a terminal shows of a running solve: a few lines, made anew for each drawing.
+// The display of a running solve on a terminal: a few lines, made for each drawing.
 
 #ifndef DLCS_CLIENT_CLI_TERMINAL_SOLVE_PANEL_H_
 #define DLCS_CLIENT_CLI_TERMINAL_SOLVE_PANEL_H_
@@ -25,7 +25,7 @@ class ChangeHistory {
   const v1::Iterate& last() const { return last_; }
   bool has_bound() const { return has_bound_; }
 
-  // Common logarithms for `count` columns or fewer, over all iterations so far. NaN where there is none.
+  // Common logarithms for `count` columns or fewer, over all iterations so far. NaN if there is none.
   std::vector<double> Changes(std::size_t count) const { return Columns(log10_changes_, count); }
   std::vector<double> Bounds(std::size_t count) const { return Columns(log10_bounds_, count); }
 

@@ -14,7 +14,7 @@
 namespace dlcs::jobs {
 namespace {
 
-// A letter, the job's id, and behind it:
+// A letter, the job's id, and after it:
 constexpr char kFollowed = 'f';   // nothing
 constexpr char kWatched = 'w';    // the most times, and the components wanted: "65 0,2"
 constexpr char kTransient = 'p';  // the number of the part, of how many, and the part: "0 2 ..."; together

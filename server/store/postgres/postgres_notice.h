@@ -19,7 +19,7 @@ std::vector<std::string> NoticesOf(const JobChange& change);
 // Assembles changes from the payloads received on one connection, where those of a transaction are consecutive.
 class NoticeReader {
  public:
-  // Absent while more parts are to come, and for payloads of newer versions that are not understood.
+  // Absent while parts are missing, and for unknown payloads of newer versions.
   std::optional<JobChange> Read(const std::string& payload);
 
  private:

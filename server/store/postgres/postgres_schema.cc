@@ -174,7 +174,7 @@ struct Versions {
   std::size_t done = 0;
 };
 
-// Absent where there are no tables.
+// Absent if there are no tables.
 std::optional<Versions> VersionsOf(PostgresConnection& connection) {
   if (connection.Run("SELECT 1 FROM pg_class WHERE oid = to_regclass('dlcs_schema')").empty()) return std::nullopt;
   // Earlier programs have written `version` alone.

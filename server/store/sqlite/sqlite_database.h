@@ -59,7 +59,7 @@ class SqliteDatabase {
 
   // The result of `body(SqliteConnection&)`, an absl::Status or absl::StatusOr, in a transaction that is committed,
   // durably, when it is OK, and rolled back otherwise. `body` may run on another thread that writes at the same time,
-  // and once more where that was rolled back: it changes nothing but the database. Errors of its own: UNAVAILABLE,
+  // and again if that was rolled back, so it must change nothing but the database. Errors of its own: UNAVAILABLE,
   // DATA_LOSS, FAILED_PRECONDITION (Migrate()), INTERNAL for broken SQL.
   template <typename Body>
   auto Write(Body&& body, const char* operation = __builtin_FUNCTION())

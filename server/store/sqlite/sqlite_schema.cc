@@ -70,7 +70,7 @@ CREATE TABLE events (
 ) WITHOUT ROWID;
 )sql";
 
-// Uploaded problems. A job names its owner's by `problem`, the id; empty where it needs none.
+// Uploaded problems. `problem` is the id of the one of its owner that a job needs; empty if it needs none.
 constexpr const char* kVersion2 = R"sql(
 CREATE TABLE problems (
   number INTEGER PRIMARY KEY AUTOINCREMENT,

@@ -21,7 +21,7 @@ using ::testing::IsEmpty;
 
 const ComponentNames kNames{{"iL", "vC"}, {"D1"}};
 
-// The first violation of the names as "field: description"; empty where there is none.
+// The first violation of the names as "field: description"; empty if there is none.
 std::string FaultOf(const ComponentNames& names, const FormulaParameters& parameters = {}) {
   std::vector<Violation> violations;
   CheckNames(names, parameters, 2, 1, violations);

@@ -29,7 +29,7 @@ const options: {[field: string]: Option} = {
 };
 
 export function placeOf(field: string): {option: Option} | {path: Path} | null {
-  // Behind the path the name of the component may stand in brackets: problem.x0[0] (vC).
+  // The name of the component may follow the path in parentheses: problem.x0[0] (vC).
   const steps = [...field.split(' ')[0].matchAll(/[A-Za-z_]\w*|\d+/g)].map(([step]) => step);
   if (steps[0] === 'solve') steps.shift();
   const name = steps.join('.');
@@ -39,7 +39,7 @@ export function placeOf(field: string): {option: Option} | {path: Path} | null {
   const path: Path = steps.slice(1).map((step) => (/^\d+$/.test(step) ? Number(step) : step));
   if (typeof path[0] === 'string') path[0] = keys[path[0]] ?? path[0];
   if (path[0] === 'outputs' && (path[1] === 'c' || path[1] === 'd')) path[1] = path[1].toUpperCase();
-  // A single piece of formulas or numbers stands in the file without the words around it.
+  // In the file, a single piece of formulas or numbers has none of the keys around it.
   const pieces = path.indexOf('pieces');
   if (pieces > 0 && path[pieces + 2] !== undefined) path.splice(pieces, 3);
   return {path};

@@ -62,7 +62,7 @@ export function describe(value: Json): string {
 class Parser {
   found = 0;
   private at = 0;
-  // How many steps of the wanted path lead to the value that is being read; -1 beside that path.
+  // How many steps of the wanted path lead to the value that is being read; -1 outside of that path.
   private matched = 0;
 
   constructor(

@@ -131,7 +131,8 @@ function readDiagonals(object: JsonObject, path: Path, reader: Reader): SparseMa
     if (/^(0|-?[1-9]\d*)$/.test(key)) {
       readDiagonal(value, Number(key), [...place, key], reader, sparse);
     } else {
-      reader.refuse([...place, key], 'is not a diagonal; "0" is the main one, "1" the one above it, "-1" the one below');
+      const rule = 'is not a diagonal; "0" is the main one, "1" the one above it, "-1" the one below';
+      reader.refuse([...place, key], rule);
     }
   }
   return reader.errors.length === before ? sparse : null;

@@ -17,7 +17,7 @@ import {readMatrix} from './matrix';
 import type {Reader} from './reader';
 import {readFunction} from './source';
 
-/** Nothing where there are none. */
+/** Nothing if there are none. */
 export function readOutputs(root: JsonObject, reader: Reader): Outputs | undefined {
   if (!isObject(root.outputs)) return undefined;
   const value = root.outputs;

@@ -46,7 +46,7 @@ class Check {
       errors.push({path, rule: `is ${describe(value)}; must match ${schema.pattern}`});
     }
     if (schema.oneOf !== undefined) errors.push(...this.oneOf(value, schema.oneOf as JsonObject[], file, path));
-    // Where `not` is used in these schemas it tells two forms apart; what it excludes is valid in the other form.
+    // In these schemas `not` only distinguishes two forms; what it excludes is valid in the other form.
     if (isObject(schema.not) && this.value(value, schema.not, file, path).length === 0) {
       errors.push({path, rule: 'is of a form that is not allowed here'});
     }

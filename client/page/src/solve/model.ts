@@ -39,7 +39,7 @@ const mostCurves = 300;
 const mostCurvesOfAWindow = 12;
 const mostWindows = 20_000;
 
-/** Numbers of the iterates, one array for each; null where there is none. */
+/** Numbers of the iterates, one array for each; null if there is none. */
 export interface Iterates {
   window: number[];
   iteration: number[];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Starts a job and follows it from its first event. A server holds the iterations of a job only while it runs or is
-// watched, so whoever first creates a job and then watches it misses those of a short one. The call Solve with a
+// watched, so a page that creates a job and then watches it misses those of a short one. The call Solve with a
 // request_id does both at once.
 
 import type {SolveJob} from '../../generated/dlcs/v1/jobs_pb';

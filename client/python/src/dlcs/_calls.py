@@ -206,7 +206,7 @@ class Attempts:
         return None if self._end == math.inf else max(0.0, self._end - time.monotonic())
 
     def pause(self, error: Error) -> float:
-        """Seconds to wait before the next attempt. Raises `error` if an attempt would not help, or would be too late."""
+        """Seconds to wait before the next attempt. Raises `error` if it would not help, or would be too late."""
         if not (self._repeatable and isinstance(error, ResourceExhausted) and error.retry_after is not None):
             raise error
         # Random, so that callers that were refused together do not retry together.

@@ -134,7 +134,7 @@ class Ensemble:
     Attributes:
       columns: names of the values that are kept: "t", "error", and of states, pairs and outputs their own or "x1",
         "y1", "w1"; with extrema also "min(x1)" and "max(x1)".
-      values: k x columns, a row for each of the k members; NaN where a member has none.
+      values: k x columns, a row for each of the k members; NaN if a member has none.
       x, y, w: k x kept components, at the end of each member.
       t, error: k times reached, and estimated errors relative to the size of each component, NaN if not known.
       outputs: for each output that is kept its name and k values.
@@ -200,7 +200,7 @@ class Ensemble:
     def quantiles(self, shares: Any) -> np.ndarray:
         """Quantiles of each column over the members that have it, which is a row for each share from 0 to 1.
 
-        Between two members they are interpolated; NaN where no member has a value.
+        Between two members they are interpolated; NaN if no member has a value.
         """
         wanted = numbers("shares", shares, 1)
         if not np.all((wanted >= 0) & (wanted <= 1)):

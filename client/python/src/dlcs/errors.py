@@ -20,7 +20,7 @@ class Error(Exception):
     Attributes:
       code: the canonical code, such as "INVALID_ARGUMENT".
       violations: the fields that break a rule.
-      retry_after: seconds after which to try again; None where that does not help.
+      retry_after: seconds after which to try again; None if that does not help.
     """
 
     def __init__(

@@ -18,7 +18,7 @@ class Solution:
       x: m x k states.
       y, w: n x k; at break points and at the start the right limits.
       outputs: for each output of the problem its name and k values, right limits as of y.
-      measurements: for each measurement of the problem its name and value; None where it does not occur, and
+      measurements: for each measurement of the problem its name and value; None if it does not occur, and
         summary.measurements says why.
       left_limits: (time, y, w) where the left limits of y, w or an output differ.
       t_events: the switching times; the first is the begin of the span.
@@ -110,7 +110,7 @@ class Solution:
         Between nodes x is not interpolated here: the server solves once more with these output times, so that the
         tolerance holds at each of them. Cost: a solve for each call, however many times it has.
 
-        Raises InvalidArgument: t is not a number or list, or outside the span or the part that was solved; or x is wanted
+        Raises InvalidArgument: t is no number or list, or outside the span or the part that was solved; or x is wanted
         between nodes of a solution that does not know its problem, as that of a job or a copy from another process.
         """
         flat, place = self._sorted_times(t)

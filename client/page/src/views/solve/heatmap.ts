@@ -30,7 +30,7 @@ export class HeatMapPanel implements Panel {
   private drawn = '';
   private readonly redraw = oncePerFrame(() => this.draw());
 
-  /** `loadField` reads all components of a job whose plots hold only some; null where there is no job. */
+  /** `loadField` reads all components of a job whose plots hold only some; null if there is no job. */
   constructor(private readonly loadField: (() => Promise<Trajectory>) | null) {
     const select = (id: string, options: [string, string][]) =>
       h(
