@@ -327,7 +327,7 @@ class MpiTest(unittest.TestCase):
         diagonal = "".join(f"{k} {k} -1\n" for k in range(1, size + 1))
         entries = 4 * size * b"\0"
         cases = (
-            ("no-number.mtx", f"{head}{size}\n{diagonal}".replace("390 390 -1", "390 390 x"), "line 392: \"x\" stands"),
+            ("no-number.mtx", f"{head}{size}\n{diagonal}".replace("390 390 -1", "390 390 x"), "line 392: \"x\" where"),
             ("twice.mtx", f"{head}{size + 1}\n{diagonal}7 7 1\n", "row 7, column 7 twice"),
             ("few.mtx", f"{head}{size + 2}\n{diagonal}", f"{size + 2} entries are announced, and {size} follow"),
             ("outside.mtx", f"{head}1\n{size + 1} 1 1\n", f"line 3: {size + 1}, the row of an entry; must be from 1"),
