@@ -56,6 +56,15 @@ export class StreamView implements View {
   }
 }
 
+/** As the status of a job. */
+function statusOf({running, waiting, trouble, model: {summary}}: StreamedSolve): {text: string; look: string} {
+  const plain = (look: string) => ({text: look, look});
+  if (running) return plain(waiting ? 'waiting' : 'running');
+  if (summary?.termination === Termination.CANCELLED) return plain('cancelled');
+  if (summary !== null && !summary.verdict?.success) return {text: uselessText(summary), look: 'failed'};
+  return plain(trouble === null ? 'ended' : 'failed');
+}
+
 function updateHead(head: Head, solve: StreamedSolve): void {
   const {model, horizon} = solve.data;
   const elapsed = ((solve.running ? Date.now() : solve.endedAt) - solve.startedAt) / 1000;
@@ -68,22 +77,11 @@ function updateHead(head: Head, solve: StreamedSolve): void {
     .filter((text) => text !== '')
     .join(', ');
   const waiting = 'Another tab of this page receives a solve; this one begins when that one has ended.';
-  const {summary} = model;
-  const useless = summary !== null && !summary.verdict?.success;
-  const stopped = summary?.termination === Termination.CANCELLED;
-  const look = solve.running
-    ? solve.waiting
-      ? 'waiting'
-      : 'running'
-    : stopped
-      ? 'cancelled'
-      : solve.trouble !== null || useless
-        ? 'failed'
-        : 'ended';
+  const status = statusOf(solve);
   head.update({
     title: solve.title || 'Untitled solve',
-    state: !solve.running && useless && !stopped ? uselessText(summary) : look,
-    look,
+    state: status.text,
+    look: status.look,
     part,
     text: solve.running ? (solve.waiting ? waiting : running) : `Took ${duration(elapsed)}`,
     ended: !solve.running,
