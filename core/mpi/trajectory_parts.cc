@@ -4,6 +4,9 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <cstring>
+#include <limits>
+#include <vector>
 
 #include "core/mpi/mpi_team.h"
 
@@ -40,33 +43,60 @@ std::string TextOfError(int code) {
   return text;
 }
 
+// As many columns at once as make at most `most_values` in any rank, and one at least.
+Index ColumnsAtOnce(const Ownership& rows, int ranks, Index most_values) {
+  Index most_rows = 1;
+  for (int rank = 0; rank < ranks; ++rank) most_rows = std::max(most_rows, rows.count(rank));
+  return std::max<Index>(most_values / most_rows, 1);
+}
+
+// Whether the file, from the begin of its view on, has the bits of `part`. On all ranks.
+bool HasBitsOf(const Matrix& part, MPI_File file, Index columns_at_once) {
+  MPI_File_seek(file, 0, MPI_SEEK_SET);
+  bool same = true;
+  std::vector<double> found;
+  for (Index k = 0; k < part.cols(); k += columns_at_once) {
+    const Index count = std::min(columns_at_once, part.cols() - k) * part.rows();
+    const auto size = static_cast<std::size_t>(count);
+    found.assign(size, std::numeric_limits<double>::quiet_NaN());  // where nothing is read
+    MPI_File_read_all(file, found.data(), static_cast<int>(count), MPI_DOUBLE, MPI_STATUS_IGNORE);
+    if (size > 0) same = same && std::memcmp(found.data(), part.data() + k * part.rows(), size * sizeof(double)) == 0;
+  }
+  return same;
+}
+
 }  // namespace
 
 std::string WriteTogether(const std::string& path, std::uint64_t begin, const Matrix& part, const Ownership& rows,
                           MpiTeam& team) {
   MPI_File file = MPI_FILE_NULL;
-  int error = MPI_File_open(team.communicator(), path.c_str(), MPI_MODE_WRONLY, MPI_INFO_NULL, &file);
+  int error = MPI_File_open(team.communicator(), path.c_str(), MPI_MODE_RDWR, MPI_INFO_NULL, &file);
   if (team.Any(error != MPI_SUCCESS)) {
     if (error == MPI_SUCCESS) MPI_File_close(&file);
     return team.FirstText(error == MPI_SUCCESS ? "" : TextOfError(error));
   }
   MPI_Datatype column = RowsInColumn(rows, team.rank());
   error = MPI_File_set_view(file, static_cast<MPI_Offset>(begin), MPI_DOUBLE, column, "native", MPI_INFO_NULL);
-  // As many columns at once as any rank can count in bytes: counts of MPI are int.
-  constexpr Index kAtOnce = Index{1} << 27;
-  Index most_rows = 1;
-  for (int rank = 0; rank < team.size(); ++rank) most_rows = std::max(most_rows, rows.count(rank));
-  const Index columns_at_once = std::max<Index>(kAtOnce / most_rows, 1);
+  // What any rank can count in bytes: counts of MPI are int.
+  constexpr Index kMostValues = Index{1} << 27;
+  const Index columns_at_once = ColumnsAtOnce(rows, team.size(), kMostValues);
   for (Index k = 0; k < part.cols(); k += columns_at_once) {
     const Index count = std::min(columns_at_once, part.cols() - k) * part.rows();
     const double* const values = part.data() + k * part.rows();
     const int written = MPI_File_write_all(file, values, static_cast<int>(count), MPI_DOUBLE, MPI_STATUS_IGNORE);
     if (error == MPI_SUCCESS) error = written;
   }
+  const int synced = MPI_File_sync(file);
+  if (error == MPI_SUCCESS) error = synced;
+  // Open MPI reports success where the disk was full.
+  constexpr Index kMostRead = Index{1} << 20;
+  const bool is_there = HasBitsOf(part, file, ColumnsAtOnce(rows, team.size(), kMostRead));
   const int closed = MPI_File_close(&file);
   if (error == MPI_SUCCESS) error = closed;
   MPI_Type_free(&column);
-  return team.FirstText(error == MPI_SUCCESS ? "" : TextOfError(error));
+  std::string what = is_there ? "" : "the file does not have what was written to it; is the disk full?";
+  if (error != MPI_SUCCESS) what = TextOfError(error);
+  return team.FirstText(what);
 }
 
 }  // namespace dlcs

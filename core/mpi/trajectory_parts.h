@@ -23,8 +23,9 @@ struct TrajectoryParts {
 };
 
 // Writes a matrix of which every rank has the `rows`, as numbers of 64 bits that begin at byte `begin` of the file at
-// `path`, column by column. Called by all ranks; the file exists and all see it. Returns an error's text, the same on
-// all; empty if there is none. Cost: a copy of a gigabyte at most beside the part.
+// `path`, column by column. Called by all ranks; the file exists and all see it. Reads what is written again, since
+// Open MPI ignores writes that fail. Returns an error's text, the same on all; empty if there is none. Cost: a copy of
+// a gigabyte at most beside the part.
 std::string WriteTogether(const std::string& path, std::uint64_t begin, const Matrix& part, const Ownership& rows,
                           MpiTeam& team);
 

@@ -321,6 +321,24 @@ class MpiTest(unittest.TestCase):
         self.assertEqual(rows["left_times"].size, 1)
         self.assertGreater(np.abs(rows["y"]).max(), 0)
 
+    def test_a_full_disk_is_an_error_of_all_formats(self):
+        # There is room for what frames the rows of an HDF5 file, and not for the rows.
+        folder = path("full")
+        os.makedirs(folder)
+        full = f'mount -t tmpfs -o size=64k none {folder} || exit 99; "$@"; code=$?; ls -A {folder}; exit $code'
+        in_it = ["unshare", "--mount", "sh", "-c", full, "sh"]
+        if run([*in_it, "true"]).returncode != 0:
+            self.skipTest("there are no namespaces of mounts")
+        options = [*ITERATIVE, "--steps", "40", "--at", "0:0.025:1", "--no-estimate-error"]
+        for name in ("rows.h5", "whole.npz"):
+            with self.subTest(name=name):
+                output = os.path.join(folder, name)
+                ranks = [*LAUNCHER, "-n", "2", str(DLCS_MPI), "solve", wall(8), *options, "--output", output]
+                done = run([*in_it, *ranks])
+                self.assertEqual(done.returncode, 3, done.stderr)
+                self.assertIn(f"cannot write {output}", done.stderr)
+                self.assertEqual(done.stdout, "")  # no file is left
+
     def test_errors_in_files_are_those_of_all_ranks(self):
         size = 7 * 7 * 8  # of states
         head = f"%%MatrixMarket matrix coordinate real general\n{size} {size} "
