@@ -111,6 +111,9 @@ absl::StatusOr<Response> Ask(const char* what, const CallLimits& limits, const R
 
 absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                                 const CallLimits& limits) {
+  if (hooks_.check) {
+    if (absl::Status checked = hooks_.check(request); !checked.ok()) return checked;
+  }
   SolveControl control;
   const DeadlineTimer timer(limits.deadline, control);
   const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });

@@ -7,6 +7,7 @@
 #include <functional>
 #include <utility>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/result/backend.h"
 
@@ -18,6 +19,8 @@ namespace dlcs::client {
 
 // Hooks for a solve on many processes (client/mpi).
 struct LocalHooks {
+  // Whether the request may be solved; may be empty.
+  std::function<absl::Status(const v1::SolveRequest&)> check;
   // Changes a valid problem before it is solved; may be empty.
   std::function<void(Problem&)> on_problem;
   // Whether the trajectory of the last solve is elsewhere: the result then has its times alone. May be empty.

@@ -119,9 +119,10 @@ int Solve(const Arguments& arguments, MpiWorld& world) {
   // Ranks whose clocks end a solve at different steps would wait for each other; the launcher ends them.
   constexpr double kNoDeadline_s = 1e9;
   command.deadline_s = kNoDeadline_s;
-  SolveHooks hooks = HooksForRanks(command, world.team());
+  absl::StatusOr<SolveHooks> hooks = HooksForRanks(command, world.team());
+  if (!hooks.ok()) return PrintError(hooks.status(), kBadInput);
   if (world.rank() > 0) command.output.clear();
-  return Run(command, std::move(hooks));
+  return Run(command, *std::move(hooks));
 }
 
 void PrintVolume(const MpiVolume& volume, int rank, std::FILE* out) {

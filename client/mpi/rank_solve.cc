@@ -6,7 +6,6 @@
 #include <bit>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -16,9 +15,9 @@
 
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/result_arrays.h"
-#include "client/files/json_text.h"
 #include "client/local/local_backend.h"
 #include "client/mpi/row_files.h"
+#include "client/mpi/same_request.h"
 #include "core/mpi/trajectory_parts.h"
 #include "core/problem/problem.h"
 
@@ -42,14 +41,6 @@ bool MayStayWithRanks(const SolveCommand& command) {
   return StepsIteratively(options) && options.grid_case() != v1::SolveOptions::GRID_NOT_SET && !compares_solves &&
          command.format == OutputFormat::kHdf5 && !IsStandardOutput(command.output) && is_placed &&
          std::endian::native == std::endian::little;
-}
-
-// Whether all ranks read the same text, so that they call the same functions for its files.
-bool HaveSameText(const std::string& path, MpiTeam& team) {
-  constexpr int kExact = 32;  // bits, which a double holds
-  const auto text = ReadTextFile(path);
-  const double hash = text.ok() ? static_cast<double>(std::hash<std::string>()(*text) >> kExact) : -1;
-  return team.Max(hash) == -team.Max(-hash) && hash >= 0;
 }
 
 // A matrix of the same shape without entries, which stands for `matrix` in the problem.
@@ -128,10 +119,16 @@ absl::Status WriteParts(const std::string& title, const SolveResult& result, con
 
 }  // namespace
 
-SolveHooks HooksForRanks(const SolveCommand& command, MpiTeam& team) {
+absl::StatusOr<SolveHooks> HooksForRanks(const SolveCommand& command, MpiTeam& team) {
+  if (absl::Status same = CheckSameOptions(command, team); !same.ok()) return same;
   SolveHooks hooks;
-  if (!StepsIteratively(command.options) || !HaveSameText(command.problem_path, team)) return hooks;
-  if (MayStayWithRanks(command)) team.KeepTrajectories();
+  LocalHooks of_backend;
+  of_backend.check = [&team](const v1::SolveRequest& request) { return CheckSameRequest(request, team); };
+  if (!StepsIteratively(command.options) || !HaveSameText(command.problem_path, team)) {
+    hooks.backend = std::make_unique<LocalBackend>(std::move(of_backend));
+    return hooks;
+  }
+  if (!team.Any(!MayStayWithRanks(command))) team.KeepTrajectories();
   const auto operators = std::make_shared<Operators>();
   hooks.matrix_files = [&team, operators](const std::string& place,
                                           const std::string& path) -> std::optional<absl::StatusOr<v1::Matrix>> {
@@ -142,11 +139,10 @@ SolveHooks HooksForRanks(const SolveCommand& command, MpiTeam& team) {
     operators->insert_or_assign(place, *matrix);
     return StandIn(**matrix);
   };
-  hooks.backend = std::make_unique<LocalBackend>(LocalHooks{
-      .on_problem = [operators](Problem& problem) { PutOperators(*operators, problem); },
-      .has_no_trajectory = [&team] { return team.trajectory().has_value(); },
-      .processes = team.keeps_trajectories() ? team.size() : 1,
-  });
+  of_backend.on_problem = [operators](Problem& problem) { PutOperators(*operators, problem); };
+  of_backend.has_no_trajectory = [&team] { return team.trajectory().has_value(); };
+  of_backend.processes = team.keeps_trajectories() ? team.size() : 1;
+  hooks.backend = std::make_unique<LocalBackend>(std::move(of_backend));
   hooks.write_arrays = [&team](const std::string& title, const SolveResult& result,
                                const std::string& path) -> std::optional<absl::Status> {
     if (!team.trajectory()) return std::nullopt;

@@ -4,6 +4,7 @@
 #ifndef DLCS_CLIENT_MPI_RANK_SOLVE_H_
 #define DLCS_CLIENT_MPI_RANK_SOLVE_H_
 
+#include "absl/status/statusor.h"
 #include "client/cli/commands/solve_hooks.h"
 #include "core/mpi/mpi_team.h"
 
@@ -14,8 +15,10 @@ namespace dlcs::client {
 // If the command requests iterative steps, which ranks share by rows, A, B and N in Matrix Market or PETSc files are
 // read by rows (client/mpi/row_files.h). If also the steps are given, the error is not estimated and the result is an
 // HDF5 file, the trajectory remains distributed, and all ranks write it together. Everything else is read by every
-// rank, and written by the first one.
-SolveHooks HooksForRanks(const SolveCommand& command, MpiTeam& team);
+// rank, and written by the first one. Ranks that read different problems refuse to solve them.
+//
+// Errors: InvalidArgument, on all ranks, if they have different options.
+absl::StatusOr<SolveHooks> HooksForRanks(const SolveCommand& command, MpiTeam& team);
 
 }  // namespace dlcs::client
 

@@ -433,13 +433,47 @@ class MpiTest(unittest.TestCase):
         self.refused([*two, "solve", wall(8), "--deadline", "5"], "--deadline", "mpirun --timeout")
         self.refused([*two, "solve", path("none.json")], "none.json")
 
-    def test_ranks_with_other_problems_are_refused(self):
+    def each_its_own(self, first, second):
+        """Two ranks with the words of a solve each."""
         each = [str(DLCS_MPI), "solve"]
-        options = [*ITERATIVE, "--steps", "4"]
-        both = [*LAUNCHER, "-n", "1", *each, wall(8), *options, ":", "-n", "1", *each, wall(8, "2"), *options]
-        self.refused(both, "different problems: x0 or T", code=3)
-        both = [*LAUNCHER, "-n", "1", *each, wall(8), *options, ":", "-n", "1", *each, wall(12), *options]
-        self.refused(both, "different problems: A", code=3)
+        return [*LAUNCHER, "-n", "1", *each, *first, ":", "-n", "1", *each, *second]
+
+    def test_ranks_with_other_problems_are_refused(self):
+        with open(wall(8), encoding="utf-8") as opened:
+            problem = json.load(opened)
+        states, pairs = len(problem["x0"]), problem["N"]["rows"]
+        A = sparse(problem["A"]).tocoo()
+        faster = [[int(i), int(j), 1.5 * float(v)] for i, j, v in zip(A.row, A.col, A.data)]
+        others = (
+            (wall(8, "2"), "x0 or T"),
+            (wall(12), "A"),
+            (problem_file("other-a.json", A={"rows": states, "columns": states, "entries": faster}), "A"),
+            (problem_file("other-f.json", f=states * ["sin(9*t)"]), "f"),
+            (problem_file("other-g.json", g=pairs * ["0.1 - 0.2*t"]), "g"),
+            (problem_file("other-rule.json", rule="least-norm"), "something else"),
+        )
+        shared = ([*ITERATIVE, "--steps", "4"], ["--method", "laplace-iteration", "--propagator", "contour"])
+        for options in shared:
+            for other, part in others:
+                with self.subTest(other=other, options=options):
+                    both = self.each_its_own([wall(8), *options], [other, *options])
+                    self.refused(both, f"different problems: {part} is not the same", code=3)
+
+    def test_ranks_with_other_options_are_refused(self):
+        one = [wall(8), *ITERATIVE, "--steps", "4", "--at", "1"]
+        others = (
+            [wall(8), *ITERATIVE, "--steps", "8", "--at", "1"],
+            [wall(8), *ITERATIVE, "--steps", "4", "--at", "0.5,1"],
+            [*one, "--iteration-tolerance", "1e-3"],
+            [*one, "--format", "csv"],
+            [wall(8), "--method", "laplace-iteration", "--propagator", "contour", "--steps", "4", "--at", "1"],
+        )
+        for other in others:
+            with self.subTest(other=other):
+                self.refused(self.each_its_own(one, other), "different options")
+        one.append("--no-estimate-error")
+        done = run(self.each_its_own(one, [*one, "--threads", "2"]))
+        self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_a_rank_that_cannot_read_ends_the_others(self):
         each, options = [str(DLCS_MPI), "solve"], [*ITERATIVE, "--steps", "4"]
