@@ -14,6 +14,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <numeric>
+#include <string_view>
 #include <thread>
 
 #include "fmt/format.h"
@@ -66,6 +68,17 @@ std::string Printable(std::string text) {
   const auto is_unprintable = [](char c) { return c < ' ' || c > '~'; };
   std::replace_if(text.begin(), text.end(), is_unprintable, '?');
   return text;
+}
+
+// Whether Open MPI says so of a process that crashes, launchers among them when a rank was killed: addresses on the
+// stack, as in "[node:17] [ 3] /lib/libc.so.6(+0x3c050)[0x7fc5]", and what frames them.
+bool IsOfCrash(const std::string& line) {
+  const std::size_t end = line.find("] ");
+  if (!line.starts_with('[') || end == std::string::npos) return false;
+  const std::string_view said = std::string_view(line).substr(end + 2);
+  const bool is_frame = said.size() > 3 && said[0] == '[' && said[3] == ']' && said.ends_with(']');
+  return is_frame || said == "*** Process received signal ***" || said == "*** End of error message ***" ||
+         said.starts_with("Signal code: ") || said.starts_with("Failing at address: ");
 }
 
 // The null-terminated array of pointers that exec() expects.
@@ -267,8 +280,12 @@ void RankLauncher::Log(const std::string& line) {
   const std::string text = Printable(line);
   if (text.find_first_not_of(" -") == std::string::npos) return;  // lines that only separate messages
   spdlog::info("{}: ranks: {}", name_, text);
-  last_ += (last_.empty() ? "" : " / ") + text;
-  if (last_.size() > kKeptBytes) last_ = last_.substr(last_.size() - kKeptBytes);
+  if (IsOfCrash(text)) return;
+  last_.push_back(text);
+  const auto size = [](std::size_t sum, const std::string& kept) { return sum + kept.size(); };
+  while (last_.size() > 1 && std::accumulate(last_.begin(), last_.end(), std::size_t{0}, size) > kKeptBytes) {
+    last_.erase(last_.begin());
+  }
 }
 
 bool RankLauncher::WasKilled() const {
@@ -281,7 +298,7 @@ std::string RankLauncher::HowItEnded() const {
   if (!status_) return "runs";
   const std::string how = WIFSIGNALED(*status_) ? fmt::format("was ended by signal {}", WTERMSIG(*status_))
                                                 : fmt::format("ended with exit code {}", WEXITSTATUS(*status_));
-  return last_.empty() ? how : how + ": " + last_;
+  return last_.empty() ? how : fmt::format("{}: {}", how, fmt::join(last_, " / "));
 }
 
 }  // namespace dlcs

@@ -72,9 +72,9 @@ class RankLauncher {
   const pid_t process_;
   int output_;  // the reading end of a pipe; -1 after the end of the output
   const std::string name_;
-  std::optional<int> status_;  // of waitpid()
-  std::string line_;           // incomplete line of output
-  std::string last_;           // last lines of output
+  std::optional<int> status_;      // of waitpid()
+  std::string line_;               // incomplete line of output
+  std::vector<std::string> last_;  // last lines of output, without those of crashes
 };
 
 }  // namespace dlcs

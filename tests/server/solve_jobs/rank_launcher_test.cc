@@ -90,6 +90,24 @@ TEST_F(RankLauncherProcessTest, KeepsWhatIsPrintedLast) {
   EXPECT_FALSE(launcher->WasKilled());
 }
 
+TEST_F(RankLauncherProcessTest, KeepsNoAddressesOfCrashes) {
+  const auto launcher = Start(
+      "echo 'mpirun noticed that rank 1 exited on signal 9'\n"
+      "echo '[vm:17] *** Process received signal ***'\n"
+      "echo '[vm:17] Signal: Segmentation fault (11)'\n"
+      "echo '[vm:17] Signal code: Address not mapped (1)'\n"
+      "echo '[vm:17] Failing at address: (nil)'\n"
+      "for i in 0 1 2 3 4 5 6 7 8 9; do echo \"[vm:17] [ $i] /lib/libpmix.so.2(PMIx_Finalize+0x703)[0x7fc54c050e83]\"; "
+      "done\n"
+      "echo '[vm:17] [10] mpirun(+0x1131)[0x559fb69e8131]'\n"
+      "echo '[vm:17] *** End of error message ***'\n"
+      "kill -SEGV $$");
+  ASSERT_TRUE(launcher->Wait(seconds(10)));
+  EXPECT_EQ(launcher->HowItEnded(),
+            "was ended by signal 11: mpirun noticed that rank 1 exited on signal 9 / "
+            "[vm:17] Signal: Segmentation fault (11)");
+}
+
 TEST_F(RankLauncherProcessTest, TellsWhatWasKilled) {
   auto launcher = Start("kill -9 $$");
   ASSERT_TRUE(launcher->Wait(seconds(10)));
