@@ -112,14 +112,14 @@ void JobManager::MeasureQueue() {
   {
     const std::lock_guard lock(mutex_);
     if (clock_.Elapsed() >= depth_wanted_until_) {
-      depth_ = {};
+      depth_.reset();
       return;
     }
   }
   const absl::StatusOr<QueueDepth> depth = store_.MeasureQueue();
-  if (!depth.ok()) return;
   const std::lock_guard lock(mutex_);
-  depth_ = *depth;
+  depth_ = depth.ok() ? std::optional(*depth) : std::nullopt;
+  depth_read_ = clock_.Elapsed();
 }
 
 void JobManager::FollowRemoteJobs() {

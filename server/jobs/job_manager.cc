@@ -23,6 +23,8 @@ constexpr milliseconds kRetryInterval{500};
 // The queue is measured only while load() is called at least this often, since the store must read every queued job for
 // it.
 constexpr std::chrono::minutes kDepthInterest{3};
+// Older figures are not reported: the store does not answer, and the housekeeper waits for it.
+constexpr std::chrono::seconds kMaxDepthAge{10};
 
 // The most alternatives in one claim. If many servers claim the same jobs, other servers claim about this many between
 // two polls of this one.
@@ -228,10 +230,13 @@ bool JobManager::Healthy() const {
 JobManager::Load JobManager::load() const {
   const std::lock_guard lock(mutex_);
   depth_wanted_until_ = clock_.Elapsed() + kDepthInterest;
+  const bool is_measured = depth_ && clock_.Elapsed() - depth_read_ < kMaxDepthAge;
+  const QueueDepth depth = is_measured ? *depth_ : QueueDepth();
   // The scheduler knows jobs that were submitted after the last poll, but not all that are in the store.
-  return {.queued = std::max<std::int64_t>(scheduler_.queued(), depth_.jobs),
-          .queued_core_seconds = std::max(scheduler_.queued_core_seconds(), depth_.core_seconds),
-          .oldest_queued_age = depth_.oldest_age,
+  return {.queued = std::max<std::int64_t>(scheduler_.queued(), depth.jobs),
+          .queued_core_seconds = std::max(scheduler_.queued_core_seconds(), depth.core_seconds),
+          .oldest_queued_age = depth.oldest_age,
+          .is_measured = is_measured,
           .running = scheduler_.running()};
 }
 

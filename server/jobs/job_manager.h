@@ -121,10 +121,12 @@ class JobManager {
   // Whether the store answers and the manager is not draining.
   bool Healthy() const;
   struct Load {
-    // Of all servers that share the store, as of the last poll; at the first call, what this server knows.
+    // What this server knows; of all that share the store, as of the last poll, where that is measured.
     std::int64_t queued = 0;
     double queued_core_seconds = 0;
     Duration oldest_queued_age{};
+    // Not at the first call, nor while the store does not answer.
+    bool is_measured = false;
     int running = 0;
   };
   Load load() const;
@@ -211,7 +213,8 @@ class JobManager {
   std::condition_variable idle_;   // nothing runs
   Scheduler scheduler_;
   std::map<JobId, Active> active_;
-  QueueDepth depth_;                       // of the store, as of the last poll
+  std::optional<QueueDepth> depth_;        // of the store, as of the last poll
+  Duration depth_read_{};                  // when that was
   mutable Duration depth_wanted_until_{};  // load() was called some time before
   Duration idle_since_;                    // the last time that there was, or may have been, something to run
   std::map<JobId, std::weak_ptr<EventLog>> logs_;

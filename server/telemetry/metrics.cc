@@ -78,11 +78,14 @@ void ReadSetups(const SetupCache::Statistics& setups, Readings& readings) {
 }
 
 void ReadJobs(const ServerState::Jobs& jobs, Readings& readings) {
-  readings.AddGauge("dlcs_jobs_queued", "Queued jobs on this store.", static_cast<double>(jobs.load.queued));
-  readings.AddGauge("dlcs_jobs_queued_core_seconds", "Predicted core-seconds of the queued jobs.",
-                    jobs.load.queued_core_seconds);
-  readings.AddGauge("dlcs_jobs_oldest_queued_seconds", "Time since the oldest queued job was created; 0 without one.",
-                    std::chrono::duration<double>(jobs.load.oldest_queued_age).count());
+  // An autoscaler waits where there is no figure, and takes workers away where it is too small.
+  if (jobs.load.is_measured) {
+    readings.AddGauge("dlcs_jobs_queued", "Queued jobs on this store.", static_cast<double>(jobs.load.queued));
+    readings.AddGauge("dlcs_jobs_queued_core_seconds", "Predicted core-seconds of the queued jobs.",
+                      jobs.load.queued_core_seconds);
+    readings.AddGauge("dlcs_jobs_oldest_queued_seconds", "Time since the oldest queued job was created; 0 without one.",
+                      std::chrono::duration<double>(jobs.load.oldest_queued_age).count());
+  }
   readings.AddGauge("dlcs_jobs_running", "Jobs that run on this server.", jobs.load.running);
   readings.AddGauge("dlcs_store_healthy", "1 if the last access to the job store succeeded, otherwise 0.",
                     jobs.store_healthy ? 1 : 0);

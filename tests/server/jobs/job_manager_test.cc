@@ -439,6 +439,10 @@ TEST_F(JobManagerTest, TellsWhatWaitsInTheStore) {
   const auto other = Start(options);
   Submit(*one, "1 1 1");
   Submit(*one, "1 1 1");
+  // What nobody has asked for is not known, rather than nothing.
+  EXPECT_FALSE(other->load().is_measured);
+  for (int k = 0; k < 500 && !other->load().is_measured; ++k) std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(other->load().queued, 2);
   for (int k = 0; k < 500 && other->load().oldest_queued_age < 50ms; ++k) std::this_thread::sleep_for(10ms);
   EXPECT_EQ(other->load().queued, 2);
   EXPECT_DOUBLE_EQ(other->load().queued_core_seconds, 0.02);
@@ -447,6 +451,9 @@ TEST_F(JobManagerTest, TellsWhatWaitsInTheStore) {
   for (int k = 0; k < 500 && other->load().queued > 0; ++k) std::this_thread::sleep_for(10ms);
   EXPECT_EQ(other->load().queued, 0);
   EXPECT_EQ(other->load().oldest_queued_age, Duration::zero());
+  store_.cannot_list = true;
+  for (int k = 0; k < 500 && other->load().is_measured; ++k) std::this_thread::sleep_for(10ms);
+  EXPECT_FALSE(other->load().is_measured);
 }
 
 TEST_F(JobManagerTest, AServerThatWasTakenForDeadCannotSpoilTheResult) {

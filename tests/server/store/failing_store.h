@@ -46,7 +46,10 @@ class FailingStore final : public JobStore {
     if (cannot_list) return absl::UnavailableError("not reached");
     return store_.ListClaimable(limit);
   }
-  absl::StatusOr<QueueDepth> MeasureQueue() override { return store_.MeasureQueue(); }
+  absl::StatusOr<QueueDepth> MeasureQueue() override {
+    if (cannot_list) return absl::UnavailableError("not reached");
+    return store_.MeasureQueue();
+  }
   absl::StatusOr<std::optional<ClaimedJob>> Claim(const std::string& worker, Duration lease,
                                                   std::span<const JobId> candidates) override {
     return Write<std::optional<ClaimedJob>>([&] { return store_.Claim(worker, lease, candidates); });
