@@ -46,6 +46,15 @@ std::string TakeVariable(const char* name) {
   return text;
 }
 
+// Why a rank does not know its worker.
+std::string NoWorker(int rank) {
+  return fmt::format(
+      "dlcs-mpi: rank {} has no {} in its environment; ranks that dlcsd --mpi-launcher starts have it, on other "
+      "machines "
+      "if the launcher passes it on: mpirun -x {} -x {}\n",
+      rank, kWorkerVariable, kWorkerVariable, kSecretVariable);
+}
+
 std::shared_ptr<grpc::Channel> ConnectTo(const std::string& worker) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
@@ -101,6 +110,10 @@ class KeepAliveStream {
 
  private:
   void Run() {
+    if (worker_.empty()) {
+      fmt::print(stderr, "{}", NoWorker(hello_.rank()));
+      return;
+    }
     stream_ = stub_->KeepAlive(&context_);
     const bool was_sent = stream_->Write(hello_);
     {
@@ -129,12 +142,16 @@ class KeepAliveStream {
 // The connection of the first rank to its worker. The functions of AttemptSink are for the thread that solves.
 class WorkerClient final : public AttemptSink {
  public:
-  WorkerClient() : stub_(ranks::RankLink::NewStub(ConnectTo(TakeVariable(kWorkerVariable)))) {}
+  WorkerClient() : worker_(TakeVariable(kWorkerVariable)), stub_(ranks::RankLink::NewStub(ConnectTo(worker_))) {}
   // Close().
   ~WorkerClient() override { Close(); }
 
   // Returns the work in serialized form; empty if there is none, and then the reason is on standard error.
   std::string ReceiveWork(int ranks, const std::string& refusal) {
+    if (worker_.empty()) {
+      fmt::print(stderr, "{}", NoWorker(0));
+      return "";
+    }
     stream_ = stub_->RunAttempt(&context_);
     ranks::FromRanks hello;
     hello.mutable_hello()->set_secret(TakeVariable(kSecretVariable));
@@ -216,6 +233,7 @@ class WorkerClient final : public AttemptSink {
     return status_;
   }
 
+  const std::string worker_;
   const std::unique_ptr<ranks::RankLink::Stub> stub_;
   grpc::ClientContext context_;
   std::unique_ptr<grpc::ClientReaderWriter<ranks::FromRanks, ranks::ToRanks>> stream_;

@@ -494,6 +494,18 @@ class MpiJobsTest(unittest.TestCase):
             self.succeeds_as_alone(server, server.submit(wall(16), *SOME))
             self.assertIn("ranks: this is ?[31mno?[0m protocol", server.said())
 
+    def test_a_launcher_that_passes_no_variables(self):
+        # As mpirun does to other machines without -x.
+        forgets = script("forgets.sh", "shift\nunset DLCS_MPI_WORKER DLCS_MPI_SECRET\n" +
+                         f"exec {LAUNCHER.format(ranks=2)} \"$@\"\n")
+        self.fails(f"{forgets} {{ranks}}", "has no DLCS_MPI_WORKER", "-x DLCS_MPI_SECRET")
+        # The others are not needed for the result.
+        one = "--allow-run-as-root --oversubscribe --bind-to none -n 1"
+        half = script("half.sh", f"shift\nexec {MPIRUN} {one} \"$@\" : -n 1 env -u DLCS_MPI_WORKER \"$@\"\n")
+        with Server(launcher=f"{half} {{ranks}}") as server:
+            self.succeeds_as_alone(server, server.submit(wall(16), *SOME))
+            self.assertIn("rank 1 has no DLCS_MPI_WORKER", server.said())
+
     def test_strangers_get_nothing(self):
         name = self.server.submit(wall(16), *LONG)
         first = self.server.ranks_at_work(name, progress=0)[0]
