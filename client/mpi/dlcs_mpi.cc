@@ -70,7 +70,9 @@ Arguments Read(int argc, char** argv) {
   int k = 1;
   for (; k < argc && argv[k][0] == '-' && arguments.error.empty(); ++k) {
     const std::string_view option = argv[k];
-    if (option == "--ranks" && k + 1 < argc) {
+    if (option == "--ranks" && k + 1 == argc) {
+      arguments.error = "--ranks: give the number of ranks behind it";
+    } else if (option == "--ranks") {
       set_ranks(option, argv[++k]);
     } else if (option.starts_with("--ranks=")) {
       set_ranks("--ranks", option.substr(std::string_view("--ranks=").size()));
@@ -219,6 +221,11 @@ int main(int argc, char** argv) {
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
   setenv("NO_COLOR", "1", /*overwrite=*/0);  // mpirun gives ranks a terminal even if its own output is not one
   const Arguments arguments = Read(argc, argv);
+  if (const std::string why = dlcs::MpiWorld::WhyNone(); !why.empty()) {
+    const char* const rank = std::getenv("SLURM_PROCID");
+    if (!rank || std::string_view(rank) == "0") PrintNotice(why);
+    return kBadInput;
+  }
   dlcs::MpiWorld world(argc, argv);
   return RunOn(world, arguments);
 }

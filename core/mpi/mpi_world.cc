@@ -19,6 +19,17 @@ struct MpiWorld::Impl {
   std::unique_ptr<MpiTeam> team;
 };
 
+std::string MpiWorld::WhyNone() {
+  constexpr const char* kTasks = "SLURM_STEP_NUM_TASKS";
+  const char* const tasks = std::getenv(kTasks);
+  if (!tasks || std::atoi(tasks) < 2) return "";
+  for (const char* of_launcher : {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"}) {
+    if (std::getenv(of_launcher)) return "";
+  }
+  return std::string("each process would be a world of 1 rank, and ") + kTasks + " = " + tasks +
+         ": srun tells Open MPI nothing of the others unless it is given --mpi=pmix";
+}
+
 MpiWorld::MpiWorld(int& argc, char**& argv) : impl_(std::make_unique<Impl>()) {
   // Threads of the engine never call MPI.
   int provided = 0;

@@ -21,6 +21,10 @@ class MpiWorld {
   MpiWorld(const MpiWorld&) = delete;
   MpiWorld& operator=(const MpiWorld&) = delete;
 
+  // Before there is a world: why there can be none; empty if it is to be tried. In a step of srun without PMIx, Open
+  // MPI makes worlds of one rank, or, as Debian's, ends the process with advice on how to build it.
+  static std::string WhyNone();
+
   int rank() const;
   int size() const;
 

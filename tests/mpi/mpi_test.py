@@ -420,13 +420,16 @@ class MpiTest(unittest.TestCase):
         self.refused([*LAUNCHER, "-n", "2", str(DLCS_MPI), "--ranks", "3", *solve_it[1:]], "2 ranks", "3 were promised")
         self.refused(["env", "DLCS_MPI_RANKS=4", *LAUNCHER, "-n", "2", *solve_it], "2 ranks", "4 were promised")
         # A launcher of another MPI starts worlds of one rank.
-        self.refused(["env", "SLURM_STEP_NUM_TASKS=8", *solve_it], "1 rank", "SLURM_STEP_NUM_TASKS = 8", "pmix")
+        self.refused(["env", "SLURM_STEP_NUM_TASKS=8", *solve_it], "1 rank", "SLURM_STEP_NUM_TASKS = 8", "--mpi=pmix")
+        done = run(["env", "SLURM_STEP_NUM_TASKS=8", *LAUNCHER, "-n", "2", *solve_it, "--no-estimate-error"])
+        self.assertEqual(done.returncode, 0, done.stderr)  # mpirun in a step of srun
         self.refused(["env", "PMI_SIZE=2", *solve_it], "1 rank", "PMI_SIZE = 2")
 
     def test_bad_arguments_are_refused(self):
         two = [*LAUNCHER, "-n", "2", str(DLCS_MPI)]
         self.refused([*two, "--ranks", "two", "solve", wall(8)], "--ranks two")
         self.refused([*two, "--rank", "2", "solve", wall(8)], "--rank:")
+        self.refused([*two, "--ranks"], "--ranks: give the number")
         self.refused([*two, "analyze", wall(8)], "analyze: no command")
         self.refused([*two, "solve", "-"], "standard input")
         self.refused([*two, "solve", wall(8), "--server", "localhost:1"], "--server")
