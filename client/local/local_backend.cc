@@ -138,7 +138,10 @@ absl::StatusOr<v1::EnsembleSummary> LocalBackend::SolveEnsemble(const v1::SolveE
   const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
   EnsembleCollector collector(request, on_member, limits.keep_trajectory);
   const auto collect = [&collector](v1::EnsembleEvent event) { collector.Add(std::move(event)); };
-  const absl::Status status = RunEnsembleToEnd(request, LimitsOfThisMachine(), "local", control, collect);
+  if (!hooks_.receives_members) collector.ExpectSummaryAlone();
+  const absl::Status status = hooks_.run_ensemble
+                                  ? hooks_.run_ensemble(request, LimitsOfThisMachine(), control, collect)
+                                  : RunEnsembleToEnd(request, LimitsOfThisMachine(), "local", control, collect);
   if (!status.ok()) return Describe(status);
   return std::move(collector).Finish();
 }

@@ -13,7 +13,9 @@
 
 namespace dlcs {
 struct Problem;
-}
+struct SessionLimits;
+class SolveControl;
+}  // namespace dlcs
 
 namespace dlcs::client {
 
@@ -25,6 +27,11 @@ struct LocalHooks {
   std::function<void(Problem&)> on_problem;
   // Whether the trajectory of the last solve is elsewhere: the result then has its times alone. May be empty.
   std::function<bool()> has_no_trajectory;
+  // Runs an ensemble as RunEnsembleToEnd(); may be empty. Only some processes may receive its members.
+  std::function<absl::Status(const v1::SolveEnsembleRequest&, const SessionLimits&, const SolveControl&,
+                             const std::function<void(v1::EnsembleEvent)>&)>
+      run_ensemble;
+  bool receives_members = true;
   // The processes that share a trajectory, each with as much memory as this one.
   int processes = 1;
 };

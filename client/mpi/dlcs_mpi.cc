@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <memory>
 #include <new>
 #include <string>
 #include <string_view>
@@ -17,8 +18,13 @@
 
 #include "client/cli/command_line.h"
 #include "client/cli/commands/command_support.h"
+#include "client/cli/jobs/job_commands.h"
+#include "client/local/local_backend.h"
+#include "client/mpi/rank_ensemble.h"
 #include "client/mpi/rank_job.h"
 #include "client/mpi/rank_solve.h"
+#include "client/mpi/same_request.h"
+#include "core/mpi/mpi_team.h"
 #include "core/mpi/mpi_volume.h"
 #include "core/mpi/mpi_world.h"
 
@@ -30,14 +36,16 @@ constexpr std::string_view kRunJob = "attend";
 
 constexpr const char* kUsage =
     "Usage: mpirun -n RANKS dlcs-mpi [--ranks N] [--volume] solve PROBLEM [OPTION...]\n"
+    "       mpirun -n RANKS dlcs-mpi [--ranks N] [--volume] ensemble PROBLEM [MEMBERS] [OPTION...]\n"
     "\n"
-    "Solves as `dlcs solve` does, with its options, output and exit codes, on all ranks together.\n"
+    "Solves as `dlcs solve` and `dlcs ensemble` do, with their options, output and exit codes, on all ranks together.\n"
     "\n"
     "  --ranks N  Refuse a world of MPI that does not have N ranks; also DLCS_MPI_RANKS\n"
     "  --volume   Print at the end how much each rank has sent\n"
     "\n"
     "The ranks share the work of two propagators, --propagator contour (few pairs) and iterative-stepping\n"
-    "(many pairs, with --method time-stepping). `dlcs solve --help` lists the options.\n"
+    "(many pairs, with --method time-stepping). Each rank solves its share of the members of an ensemble.\n"
+    "`dlcs solve --help` and `dlcs ensemble --help` list the options.\n"
     "\n"
     "`dlcs-mpi attend` is for dlcsd --mpi-launcher, which starts it; it reads the address of dlcsd from the\n"
     "environment.\n";
@@ -46,8 +54,9 @@ struct Arguments {
   int ranks = 0;  // expected; 0: any number
   bool volume = false;
   bool help = false;
-  bool runs_job = false;                // of dlcsd
-  std::vector<const char*> solve_argv;  // for the command line of dlcs
+  bool runs_job = false;  // of dlcsd
+  bool is_ensemble = false;
+  std::vector<const char*> argv;  // for the command line of dlcs
   std::string error;
 };
 
@@ -61,7 +70,7 @@ int RanksIn(std::string_view text) {
 // Options before the command are those of this program; the others are those of dlcs.
 Arguments Read(int argc, char** argv) {
   Arguments arguments;
-  arguments.solve_argv = {"dlcs"};
+  arguments.argv = {"dlcs"};
   const auto set_ranks = [&](std::string_view from, std::string_view ranks) {
     arguments.ranks = RanksIn(ranks);
     if (arguments.ranks == 0) arguments.error = fmt::format("{} {}: not a number of ranks from 1 on", from, ranks);
@@ -87,10 +96,14 @@ Arguments Read(int argc, char** argv) {
   if (!arguments.error.empty()) return arguments;
   if (k == argc && !arguments.help) arguments.error = "give a command: dlcs-mpi solve PROBLEM";
   arguments.runs_job = k < argc && std::string_view(argv[k]) == kRunJob;
-  if (k < argc && !arguments.runs_job && std::string_view(argv[k]) != "solve") {
-    arguments.error = fmt::format("{}: no command of dlcs-mpi; it has solve, and dlcs has the others", argv[k]);
+  arguments.is_ensemble = k < argc && std::string_view(argv[k]) == "ensemble";
+  const bool is_known =
+      arguments.runs_job || arguments.is_ensemble || (k < argc && std::string_view(argv[k]) == "solve");
+  if (k < argc && !is_known) {
+    arguments.error =
+        fmt::format("{}: no command of dlcs-mpi; it has solve and ensemble, and dlcs has the others", argv[k]);
   }
-  arguments.solve_argv.insert(arguments.solve_argv.end(), argv + k, argv + argc);
+  arguments.argv.insert(arguments.argv.end(), argv + k, argv + argc);
   return arguments;
 }
 
@@ -108,23 +121,52 @@ std::string WhyNot(const SolveCommand& command) {
   return "";
 }
 
-// Called by all ranks. Only the first one prints and writes the result.
-int Solve(const Arguments& arguments, MpiWorld& world) {
-  ParsedCommandLine parsed =
-      ParseCommandLine(static_cast<int>(arguments.solve_argv.size()), arguments.solve_argv.data());
-  if (const auto* code = std::get_if<ExitCode>(&parsed)) return *code;
-  auto& command = std::get<SolveCommand>(parsed);
-  if (const std::string why = WhyNot(command); !why.empty()) {
-    return PrintError(absl::InvalidArgumentError(why), kBadInput);
-  }
-  if (command.options.threads() == 0) command.options.set_threads(1);
+std::string WhyNot(const EnsembleCommand& command) {
+  if (command.detach) return "--detach: creates a job on a server, which dlcs ensemble does";
+  if (command.members_path == "-") return "standard input reaches one rank only; give a file that all ranks can read";
+  return WhyNot(command.solve);
+}
+
+void SetDefaultsForRanks(SolveCommand& command) {
   // Ranks whose clocks end a solve at different steps would wait for each other; the launcher ends them.
   constexpr double kNoDeadline_s = 1e9;
   command.deadline_s = kNoDeadline_s;
+  if (command.options.threads() == 0) command.options.set_threads(1);
+}
+
+int Solve(SolveCommand& command, MpiWorld& world) {
+  SetDefaultsForRanks(command);
   absl::StatusOr<SolveHooks> hooks = HooksForRanks(command, world.team());
   if (!hooks.ok()) return PrintError(hooks.status(), kBadInput);
   if (world.rank() > 0) command.output.clear();
   return Run(command, *std::move(hooks));
+}
+
+int Solve(EnsembleCommand& command, MpiWorld& world) {
+  SetDefaultsForRanks(command.solve);
+  if (absl::Status same = CheckSameOptions(command.solve, world.team()); !same.ok()) return PrintError(same, kBadInput);
+  if (world.rank() > 0) command.solve.output.clear();
+  LocalHooks hooks;
+  hooks.run_ensemble = [&world](const v1::SolveEnsembleRequest& request, const SessionLimits& limits,
+                                const SolveControl& control, const EnsembleEvents& take) {
+    return RunEnsembleOnRanks(request, limits, control, take, world.team());
+  };
+  hooks.receives_members = world.rank() == 0;
+  return Run(command, std::make_unique<LocalBackend>(std::move(hooks)));
+}
+
+// Called by all ranks. Only the first one prints and writes the result.
+int Solve(const Arguments& arguments, MpiWorld& world) {
+  ParsedCommandLine parsed = ParseCommandLine(static_cast<int>(arguments.argv.size()), arguments.argv.data());
+  if (const auto* code = std::get_if<ExitCode>(&parsed)) return *code;
+  const auto solve = [&world](auto& command) -> int {
+    if (const std::string why = WhyNot(command); !why.empty()) {
+      return PrintError(absl::InvalidArgumentError(why), kBadInput);
+    }
+    return Solve(command, world);
+  };
+  auto* const ensemble = std::get_if<EnsembleCommand>(&parsed);
+  return ensemble ? solve(*ensemble) : solve(std::get<SolveCommand>(parsed));
 }
 
 void PrintVolume(const MpiVolume& volume, int rank, std::FILE* out) {
@@ -204,7 +246,7 @@ int RunOn(MpiWorld& world, const Arguments& arguments) {
   };
   const int code = world.RunTogether([&] { return CatchErrors([&] { return Solve(arguments, world); }); }, explain);
   const MpiVolume& volume = VolumeOfMpi();
-  if (code == kSolved && world.size() > 1 && volume.messages + volume.broadcasts == 0) {
+  if (code == kSolved && world.size() > 1 && !arguments.is_ensemble && volume.messages + volume.broadcasts == 0) {
     PrintNotice(
         "every rank did the same work, since this solve has no part that ranks share; --propagator contour and "
         "iterative-stepping have");

@@ -49,9 +49,8 @@ std::string TakeVariable(const char* name) {
 // Why a rank does not know its worker.
 std::string NoWorker(int rank) {
   return fmt::format(
-      "dlcs-mpi: rank {} has no {} in its environment; ranks that dlcsd --mpi-launcher starts have it, on other "
-      "machines "
-      "if the launcher passes it on: mpirun -x {} -x {}\n",
+      "dlcs-mpi: rank {} has no {} in its environment; ranks that dlcsd --mpi-launcher starts have it, and on other "
+      "machines if the launcher passes it on: mpirun -x {} -x {}\n",
       rank, kWorkerVariable, kWorkerVariable, kSecretVariable);
 }
 

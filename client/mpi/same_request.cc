@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "client/files/json_text.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -118,6 +119,22 @@ absl::Status CheckSameRequest(const v1::SolveRequest& request, MpiTeam& team) {
   if (differing.empty()) return absl::OkStatus();
   return absl::FailedPreconditionError("the processes of this solve have read different problems: " + differing +
                                        " is not the same in all of them");
+}
+
+absl::Status CheckSameEnsemble(const v1::SolveEnsembleRequest& request, MpiTeam& team) {
+  const bool same_problem = IsSame(Combined(HashOf(request.problem()), request.problem_name()), team);
+  const bool same_options = IsSame(HashOf(request.options()), team);
+  std::uint64_t members = 0;
+  for (const v1::EnsembleMember& member : request.members()) {
+    const std::uint64_t hash = HashOf(member);
+    members = Combined(members, {reinterpret_cast<const char*>(&hash), sizeof hash});
+  }
+  const bool same_members = IsSame(members, team);
+  if (same_problem && same_options && same_members) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      fmt::format("the processes of this ensemble have read different {}", !same_problem   ? "problems"
+                                                                           : !same_members ? "members"
+                                                                                           : "options"));
 }
 
 }  // namespace dlcs::client

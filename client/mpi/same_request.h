@@ -25,6 +25,9 @@ absl::Status CheckSameOptions(const SolveCommand& command, MpiTeam& team);
 // have no entries here. Cost: a pass over the request, and no copy.
 absl::Status CheckSameRequest(const v1::SolveRequest& request, MpiTeam& team);
 
+// The same for an ensemble.
+absl::Status CheckSameEnsemble(const v1::SolveEnsembleRequest& request, MpiTeam& team);
+
 }  // namespace dlcs::client
 
 #endif  // DLCS_CLIENT_MPI_SAME_REQUEST_H_

@@ -24,6 +24,8 @@ class EnsembleCollector {
   EnsembleCollector(const v1::SolveEnsembleRequest& request, const MemberCallback& on_member, bool keep_trajectory);
 
   void Add(v1::EnsembleEvent event);
+  // Members are received elsewhere.
+  void ExpectSummaryAlone() { expects_members_ = false; }
 
   bool accepted() const { return accepted_; }
   bool has_summary() const { return has_summary_; }
@@ -53,6 +55,7 @@ class EnsembleCollector {
   std::string fault_;  // the first
   bool accepted_ = false;
   bool has_summary_ = false;
+  bool expects_members_ = true;
 };
 
 }  // namespace dlcs::client

@@ -27,7 +27,7 @@ std::string MpiWorld::WhyNone() {
     if (std::getenv(of_launcher)) return "";
   }
   return std::string("each process would be a world of 1 rank, and ") + kTasks + " = " + tasks +
-         ": srun tells Open MPI nothing of the others unless it is given --mpi=pmix";
+         ": srun does not inform Open MPI of the others without --mpi=pmix";
 }
 
 MpiWorld::MpiWorld(int& argc, char**& argv) : impl_(std::make_unique<Impl>()) {

@@ -20,7 +20,6 @@ constexpr std::int64_t kSummaryBytes = 4096;
 // Small results wait for their reader up to here, so that a slow one does not stop the threads at once.
 constexpr std::int64_t kWaitingBytes = 64 << 20;
 // Size of the cache for one ensemble in a process without a set-up cache.
-constexpr double kOwnSetupBytes = 1e9;
 
 std::int64_t HeldBytes(const PreparedEnsemble& prepared, const SessionLimits& limits) {
   const std::int64_t largest = *std::max_element(prepared.result_bytes.begin(), prepared.result_bytes.end());

@@ -47,6 +47,9 @@ class EnsembleSink {
   virtual void Finished(Index member, FinishedSolve solve) = 0;
 };
 
+// The set-up cache of an ensemble that has none to share.
+inline constexpr double kOwnSetupBytes = 1e9;
+
 // Runs the engine. `sink` receives all started members; the summary counts all members. Threads: as in core/ensemble.h.
 // `setups` as in RunSolve(). Errors: InvalidArgument for rules that only the engine can check.
 absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared, const SolveControl& control,

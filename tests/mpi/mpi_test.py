@@ -36,6 +36,7 @@ for variable in ("DLCS_MPI_RANKS", "DLCS_SERVER", "DLCS_CONTEXT"):
     ENVIRONMENT.pop(variable, None)
 
 ITERATIVE = ["--method", "time-stepping", "--propagator", "iterative-stepping"]
+RECTIFIER = str(PROJECT / "deploy/examples/rectifier.json")
 TWO_STAGES = ["--propagator", "iterative-stepping"]  # without a method
 
 
@@ -407,6 +408,53 @@ class MpiTest(unittest.TestCase):
         self.assertLess(most[8], 1.25 * most[4])
         self.assertLess(most[4], 2.5 * most[2])
 
+    # Ensembles.
+
+    def ensemble_as_alone(self, words, code):
+        options = ["--format", "csv", "--threads", "1"]
+        alone = run([str(DLCS), "ensemble", *words, *options])
+        self.assertEqual(alone.returncode, code, alone.stderr)
+        for ranks in RANKS:
+            with self.subTest(words=words, ranks=ranks):
+                file = path(f"ensemble-{ranks}.csv")
+                one = [*LAUNCHER, "-n", str(ranks), str(DLCS_MPI), "--ranks", str(ranks), "ensemble"]
+                done = run([*one, *words, *options, "--output", file])
+                self.assertEqual(done.returncode, code, done.stderr)
+                self.assertIn(alone.stderr.splitlines()[-1], done.stderr)
+                self.assertEqual(pathlib.Path(file).read_text(encoding="utf-8"), alone.stdout)
+                os.remove(file)
+
+    def test_members_of_an_ensemble_are_shared(self):
+        # More than one round, and a member whose states overflow.
+        members = [{"label": f"{k} V", "g": [f"-{k}*sin(2*pi*t)"]} for k in range(1, 300)]
+        members.insert(77, {"label": "none", "f": ["1e308"]})
+        with open(path("members.json"), "w", encoding="utf-8") as opened:
+            json.dump({"members": members}, opened)
+        self.ensemble_as_alone([RECTIFIER, path("members.json"), "--steps", "50"], 1)
+
+    def test_sweeps_of_decks_are_shared(self):
+        with open(path("sweep.cir"), "w", encoding="utf-8") as opened:
+            opened.write(
+                "A rectifier\n.param r=1\nV1 a 0 SIN(0 5 50)\nR1 a b {r}\nD1 b c DM\nC1 c 0 100u\nR2 c 0 100\n"
+                ".model DM D(RON=0.1 VFWD=0.6)\n.step param r list 1 2 5\n.tran 1m 20m\n.ic v(c)=0\n.end\n"
+            )
+        self.ensemble_as_alone([path("sweep.cir")], 0)
+
+    def test_ensembles_that_ranks_cannot_solve_are_refused(self):
+        two = [*LAUNCHER, "-n", "2", str(DLCS_MPI), "ensemble"]
+        members = str(PROJECT / "deploy/examples/rectifier-members.json")
+        self.refused([*two, RECTIFIER, members, "--detach"], "--detach:")
+        self.refused([*two, RECTIFIER, "-"], "standard input")
+        self.refused([*two, RECTIFIER, members, "--deadline", "5"], "--deadline", "mpirun --timeout")
+        with open(path("bad-members.json"), "w", encoding="utf-8") as opened:
+            json.dump({"members": [{}, {}, {"x0": [1, 2, 3]}]}, opened)
+        self.refused([*two, RECTIFIER, path("bad-members.json")], "members[2].x0")
+        with open(path("other-members.json"), "w", encoding="utf-8") as opened:
+            json.dump({"members": [{}, {"x0": [1]}]}, opened)
+        each = ["-n", "1", str(DLCS_MPI), "ensemble", RECTIFIER]
+        both = [*LAUNCHER, *each, members, ":", *each, path("other-members.json")]
+        self.refused(both, "different members", code=3)
+
     # Worlds.
 
     def refused(self, command, *words, code=2):
@@ -484,8 +532,7 @@ class MpiTest(unittest.TestCase):
         self.refused(both, "rank 1 failed where others did not", "none.json")
 
     def test_work_that_is_not_shared_is_named(self):
-        example = str(PROJECT / "deploy/examples/rectifier.json")
-        done = run([*LAUNCHER, "-n", "2", str(DLCS_MPI), "solve", example])
+        done = run([*LAUNCHER, "-n", "2", str(DLCS_MPI), "solve", RECTIFIER])
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("every rank did the same work", done.stderr)
         self.assertEqual(done.stdout.count("Certificate"), 1)

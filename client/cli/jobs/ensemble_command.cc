@@ -123,14 +123,16 @@ ExitCode SubmitEnsembleJob(const EnsembleCommand& command, Client& client, v1::C
   return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);
 }
 
-ExitCode Run(const EnsembleCommand& command) {
+ExitCode Run(const EnsembleCommand& command) { return Run(command, nullptr); }
+
+ExitCode Run(const EnsembleCommand& command, std::unique_ptr<Backend> backend) {
   const SolveCommand& solve = command.solve;
   if (command.detach && !command.extrema && !solve.options.output_times().empty()) {
     return PrintError(absl::InvalidArgumentError("--at: with --detach only the end of each member is kept; with "
                                                  "--extrema the extrema are those of these times and the end"),
                       kBadInput);
   }
-  if (command.members_path.empty()) return RunSweep(command);
+  if (command.members_path.empty()) return RunSweep(command, std::move(backend));
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(solve.problem_path, solve.server, solve.rule);
   if (!input.ok()) return PrintError(input.status(), kBadInput);
   if (!solve.quiet) input->PrintNotes();
@@ -162,8 +164,11 @@ ExitCode Run(const EnsembleCommand& command) {
   std::FILE* out = *output ? (*output)->stream() : stdout;
   // After reading, which Ctrl-C ends as always.
   if (!interrupt) interrupt.emplace();
-  const auto backend = MakeBackend(solve.server, solve.quiet);
-  if (!backend.ok()) return PrintError(backend.status(), kBadInput);
+  if (!backend) {
+    auto made = MakeBackend(solve.server, solve.quiet);
+    if (!made.ok()) return PrintError(made.status(), kBadInput);
+    backend = *std::move(made);
+  }
 
   EnsembleTable table;
   bool has_header = solve.format != OutputFormat::kCsv;
@@ -172,7 +177,7 @@ ExitCode Run(const EnsembleCommand& command) {
     PrintMemberCsvHeader(names, static_cast<std::size_t>(states), static_cast<std::size_t>(constraints), out);
   };
   auto count = std::make_unique<MemberCount>(static_cast<std::int64_t>(members->size()), solve.quiet);
-  const auto summary = (*backend)->SolveEnsemble(
+  const auto summary = backend->SolveEnsemble(
       MakeRequest(solve, *input, *members),
       [&](const MemberResult& member) {
         count->Add(member.result.summary);

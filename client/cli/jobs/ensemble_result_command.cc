@@ -55,7 +55,7 @@ ExitCode PrintEnsemble(JobClient& client, const ResultCommand& command, const v1
   if (IsOfArrays(command.format)) {
     const absl::Status status = WriteArrays(command.format, values->Arrays(*ended), out);
     if (!status.ok()) {
-      return *output ? PrintError(WithFile(status, (*output)->path()), kBadInput) : PrintError(status, kBadInput);
+      return PrintError(*output ? WithFile(status, (*output)->path()) : status, kServiceFailed);
     }
   }
   const absl::Status written = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");

@@ -5,11 +5,13 @@
 #define DLCS_CLIENT_CLI_JOBS_JOB_COMMANDS_H_
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "client/cli/commands/commands.h"
+#include "client/result/backend.h"
 #include "dlcs/v1/jobs.pb.h"
 
 namespace dlcs::client {
@@ -100,7 +102,9 @@ struct ResultCommand {
 };
 
 ExitCode Run(const EnsembleCommand& command);
-ExitCode RunSweep(const EnsembleCommand& command);  // without MEMBERS
+// The members are solved by `backend`; null: as the command says.
+ExitCode Run(const EnsembleCommand& command, std::unique_ptr<Backend> backend);
+ExitCode RunSweep(const EnsembleCommand& command, std::unique_ptr<Backend> backend);  // without MEMBERS
 ExitCode Run(const SubmitCommand& command);
 ExitCode Run(const UploadCommand& command);
 ExitCode Run(const ListProblemsCommand& command);

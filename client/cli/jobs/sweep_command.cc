@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -115,7 +116,7 @@ ExitCode DetachSweep(const EnsembleCommand& command, const std::vector<SweptNetl
 
 }  // namespace
 
-ExitCode RunSweep(const EnsembleCommand& command) {
+ExitCode RunSweep(const EnsembleCommand& command, std::unique_ptr<Backend> backend) {
   const SolveCommand& solve = command.solve;
   const auto text = ReadTextFile(solve.problem_path);
   if (!text.ok()) return PrintError(text.status(), kBadInput);
@@ -141,8 +142,11 @@ ExitCode RunSweep(const EnsembleCommand& command) {
   std::FILE* out = *output ? (*output)->stream() : stdout;
   const Interrupt interrupt;
   const auto begin = std::chrono::steady_clock::now();
-  const auto backend = MakeBackend(solve.server, solve.quiet);
-  if (!backend.ok()) return PrintError(backend.status(), kBadInput);
+  if (!backend) {
+    auto made = MakeBackend(solve.server, solve.quiet);
+    if (!made.ok()) return PrintError(made.status(), kBadInput);
+    backend = *std::move(made);
+  }
 
   const DisplayNames names = NamesIn(sweep->front().netlist.problem);
   EnsembleTable table;
@@ -157,7 +161,7 @@ ExitCode RunSweep(const EnsembleCommand& command) {
       if (!std::exchange(has_header, true)) PrintMemberCsvHeader(names, 0, 0, out);
       if (solve.format == OutputFormat::kCsv) PrintMemberCsvLines(shown, out);
     };
-    const auto part = (*backend)->SolveEnsemble(
+    const auto part = backend->SolveEnsemble(
         RequestOf(solve, /*detach=*/false, *sweep, group), on_member,
         {.deadline = std::chrono::duration<double>(solve.deadline_s) - (std::chrono::steady_clock::now() - begin),
          .stop = interrupt.token()});
