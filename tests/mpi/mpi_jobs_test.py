@@ -31,8 +31,8 @@ for variable in ("DLCS_MPI_RANKS", "DLCS_SERVER", "DLCS_CONTEXT"):
     ENVIRONMENT.pop(variable, None)
 
 STEPS = ["--method", "time-stepping", "--propagator", "iterative-stepping", "--no-estimate-error"]
-# A second or more of steps, with a checkpoint every tenth of a second.
-SOME = [*STEPS, "--steps", "800", "--at", "0:0.1:1"]
+# Two seconds or more of steps, with a checkpoint every tenth of a second: what is killed is still at work.
+SOME = [*STEPS, "--steps", "4000", "--at", "0:0.1:1"]
 LONG = [*STEPS, "--steps", "1000000", "--at", "0:0.00002:0.002,1"]
 
 
