@@ -81,6 +81,16 @@ INSTANTIATE_TEST_SUITE_P(
                       Hard{669430, "PairsThatLeaveWhileOthersJump"}),
     [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
+// x keeps ten digits where y has three, until a pair leaves too late. The figure must not be that of x before.
+TEST(HostileSystem, HasAFigureAboveTheErrorOfAnInaccurateY) {
+  const System system = MakeSystem(680100);
+  const Reference reference = ReferenceOf(system);
+  for (const double tolerance : {1e-7, 1e-10}) {
+    const Trial trial = Try(system, reference, {.tolerance = tolerance}, 5);
+    EXPECT_NE(trial.judgment, Judgment::kWrong) << tolerance << ": " << trial.verdict;
+  }
+}
+
 // Of rows that are one state alone, which is zero at the event.
 TEST(HostileReplays, FollowModesBehindAStateThatCrossesZero) {
   for (const uint64_t seed : {611993, 664886}) {
