@@ -36,8 +36,8 @@ bool MeetsTolerance(SolveContext& context, double tolerance, bool is_rounding, c
 }
 
 // Estimates follow the steps of x. If y is not that of its steps, as where it is a difference of terms that are much
-// larger, only the defect of x' shows that. It is far above the tolerance then: steps of high order have one near it, up
-// to a thousand times as large where sources are not smooth. Between nodes of coupled steps y jumps.
+// larger, only the defect of x' shows that. It is far above the tolerance then: steps of high order have one near it,
+// up to a thousand times as large where sources are not smooth. Between nodes of coupled steps y jumps.
 void CountDefect(const Certificate& certificate, double tolerance, EventRecord& record) {
   constexpr double kFarAbove = 1e3, kSmallest = 1e-5;
   if (record.coupled_steps > 0 || !(certificate.ode_defect > 0)) return;
