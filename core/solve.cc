@@ -29,11 +29,7 @@ namespace {
 absl::Status CheckSameInTeam(const Problem& problem) {
   Team& team = Team::Current();
   if (team.is_alone()) return absl::OkStatus();
-  const auto differs = [&](const SetupKey& key) {
-    constexpr int kExact = 32;  // bits, which a double holds
-    const double hash = static_cast<double>(std::hash<std::string>()(key.bytes()) >> kExact);
-    return team.Max(hash) != -team.Max(-hash);
-  };
+  const auto differs = [&](const SetupKey& key) { return !team.IsSame(std::hash<std::string>()(key.bytes())); };
   const std::pair<const char*, const StructuredMatrix*> matrices[] = {
       {"A", &problem.A}, {"B", &problem.B}, {"N", &problem.N}, {"M", &problem.M}, {"E", &problem.E}};
   std::string differing;

@@ -95,13 +95,12 @@ Arguments Read(int argc, char** argv) {
   }
   if (!arguments.error.empty()) return arguments;
   if (k == argc && !arguments.help) arguments.error = "give a command: dlcs-mpi solve PROBLEM";
-  arguments.runs_job = k < argc && std::string_view(argv[k]) == kRunJob;
-  arguments.is_ensemble = k < argc && std::string_view(argv[k]) == "ensemble";
-  const bool is_known =
-      arguments.runs_job || arguments.is_ensemble || (k < argc && std::string_view(argv[k]) == "solve");
-  if (k < argc && !is_known) {
+  const std::string_view command = k < argc ? argv[k] : "solve";
+  arguments.runs_job = command == kRunJob;
+  arguments.is_ensemble = command == "ensemble";
+  if (!arguments.runs_job && !arguments.is_ensemble && command != "solve") {
     arguments.error =
-        fmt::format("{}: no command of dlcs-mpi; it has solve and ensemble, and dlcs has the others", argv[k]);
+        fmt::format("{}: no command of dlcs-mpi; it has solve and ensemble, and dlcs has the others", command);
   }
   arguments.argv.insert(arguments.argv.end(), argv + k, argv + argc);
   return arguments;

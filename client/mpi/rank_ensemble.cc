@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "client/mpi/same_request.h"
+#include "client/result/ensemble_result.h"
 #include "core/parallel/team.h"
 #include "core/setup_cache.h"
 
@@ -85,16 +86,6 @@ void Deliver(const std::vector<std::string>& texts, const EnsembleEvents& take, 
   }
 }
 
-void Add(const v1::EnsembleSummary& part, v1::EnsembleSummary& sum) {
-  sum.set_solved(sum.solved() + part.solved());
-  sum.set_reached(sum.reached() + part.reached());
-  sum.set_failed(sum.failed() + part.failed());
-  sum.set_stopped(sum.stopped() + part.stopped());
-  sum.set_setup_hits(sum.setup_hits() + part.setup_hits());
-  sum.set_setup_misses(sum.setup_misses() + part.setup_misses());
-  if (!part.message().empty()) sum.set_message(part.message());
-}
-
 // Of what each rank has counted, the sum on all.
 v1::EnsembleSummary SumOfRanks(const v1::EnsembleSummary& own, std::size_t members, MpiTeam& team) {
   const auto sum = [&team](auto count) { return static_cast<decltype(count)>(team.Sum(static_cast<double>(count))); };
@@ -117,9 +108,8 @@ absl::Status RunEnsembleOnRanks(const v1::SolveEnsembleRequest& request, const S
                                 const SolveControl& control, const EnsembleEvents& take, MpiTeam& team) {
   const auto begin = std::chrono::steady_clock::now();
   if (absl::Status same = CheckSameEnsemble(request, team); !same.ok()) return same;
-  const absl::StatusOr<PreparedEnsemble> prepared = PrepareEnsemble(request, limits);
+  absl::StatusOr<PreparedEnsemble> prepared = PrepareEnsemble(request, limits);
   if (!prepared.ok()) return prepared.status();
-  const std::vector<EnsembleMember>& members = prepared->ensemble.members;
   EnsembleWriter writer(prepared->labels);
   v1::EnsembleEvent accepted = writer.Accepted("local", *prepared);
   std::int64_t sequence = accepted.sequence();
@@ -128,24 +118,26 @@ absl::Status RunEnsembleOnRanks(const v1::SolveEnsembleRequest& request, const S
   const TeamScope alone(Team::Alone());
   OwnMembers sink(writer);
   SetupCache setups(kOwnSetupBytes);
-  PreparedEnsemble own = *prepared;
+  // Those of a round that are this rank's take their place.
+  std::vector<EnsembleMember> members = std::exchange(prepared->ensemble.members, {});
+  std::vector<EnsembleMember>& own = prepared->ensemble.members;
   v1::EnsembleSummary counts;
   const auto ranks = static_cast<std::size_t>(team.size());
   bool stopped = false;
   for (std::size_t first = 0, last = 0; first < members.size() && !stopped; first = last) {
     last = EndOfRound(prepared->result_bytes, first, ranks);
     std::vector<Index> numbers;
-    own.ensemble.members.clear();
+    own.clear();
     for (std::size_t k = first; k < last; ++k) {
       if (!team.Owns(static_cast<Index>(k))) continue;
       numbers.push_back(static_cast<Index>(k));
-      own.ensemble.members.push_back(members[k]);
+      own.push_back(std::move(members[k]));
     }
     sink.Begin(std::move(numbers));
     absl::Status solved;
-    if (!own.ensemble.members.empty()) {
-      absl::StatusOr<v1::EnsembleSummary> part = RunEnsemble(own, control, sink, &setups);
-      if (part.ok()) Add(*part, counts);
+    if (!own.empty()) {
+      absl::StatusOr<v1::EnsembleSummary> part = RunEnsemble(*prepared, control, sink, &setups);
+      if (part.ok()) AddSummary(*part, counts);
       solved = part.status();
     }
     const std::string fault = team.FirstText(std::string(solved.message()));

@@ -72,24 +72,18 @@ std::uint64_t HashOf(v1::SolveOptions options) {
   return HashOf(static_cast<const Message&>(options));
 }
 
-bool IsSame(std::uint64_t hash, MpiTeam& team) {
-  constexpr int kExact = 32;  // bits, which a double holds
-  const auto value = static_cast<double>(hash >> kExact);
-  return team.Max(value) == -team.Max(-value);
-}
-
 }  // namespace
 
 bool HaveSameText(const std::string& path, MpiTeam& team) {
   const auto text = ReadTextFile(path);
   const bool all_read = !team.Any(!text.ok());
-  return IsSame(text.ok() ? std::hash<std::string>()(*text) : 0, team) && all_read;
+  return team.IsSame(text.ok() ? std::hash<std::string>()(*text) : 0) && all_read;
 }
 
 absl::Status CheckSameOptions(const SolveCommand& command, MpiTeam& team) {
   std::uint64_t hash = Combined(HashOf(command.options), command.output);
   hash = Combined(hash, fmt::format("{}", static_cast<int>(command.format)));
-  if (IsSame(hash, team)) return absl::OkStatus();
+  if (team.IsSame(hash)) return absl::OkStatus();
   return absl::InvalidArgumentError("the ranks were given different options; all must have the same");
 }
 
@@ -114,7 +108,7 @@ absl::Status CheckSameRequest(const v1::SolveRequest& request, MpiTeam& team) {
   };
   std::string differing;
   for (const auto& [name, hash] : parts) {
-    if (!IsSame(hash, team) && differing.empty()) differing = name;
+    if (!team.IsSame(hash) && differing.empty()) differing = name;
   }
   if (differing.empty()) return absl::OkStatus();
   return absl::FailedPreconditionError("the processes of this solve have read different problems: " + differing +
@@ -122,14 +116,14 @@ absl::Status CheckSameRequest(const v1::SolveRequest& request, MpiTeam& team) {
 }
 
 absl::Status CheckSameEnsemble(const v1::SolveEnsembleRequest& request, MpiTeam& team) {
-  const bool same_problem = IsSame(Combined(HashOf(request.problem()), request.problem_name()), team);
-  const bool same_options = IsSame(HashOf(request.options()), team);
+  const bool same_problem = team.IsSame(Combined(HashOf(request.problem()), request.problem_name()));
+  const bool same_options = team.IsSame(HashOf(request.options()));
   std::uint64_t members = 0;
   for (const v1::EnsembleMember& member : request.members()) {
     const std::uint64_t hash = HashOf(member);
     members = Combined(members, {reinterpret_cast<const char*>(&hash), sizeof hash});
   }
-  const bool same_members = IsSame(members, team);
+  const bool same_members = team.IsSame(members);
   if (same_problem && same_options && same_members) return absl::OkStatus();
   return absl::FailedPreconditionError(
       fmt::format("the processes of this ensemble have read different {}", !same_problem   ? "problems"

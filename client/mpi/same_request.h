@@ -13,7 +13,7 @@
 
 namespace dlcs::client {
 
-// All ranks of `team` call these together, and get the same answer. They compare 32 bits of a hash of each part.
+// All ranks of `team` call these together, and get the same answer. They compare hashes of each part by Team::IsSame().
 
 // Whether the files at `path` have the same text, so that all ranks read the same files that they name.
 bool HaveSameText(const std::string& path, MpiTeam& team);

@@ -97,4 +97,16 @@ v1::EnsembleSummary EnsembleCollector::FinishIncomplete(const std::string& why, 
   return std::move(counted_);
 }
 
+void AddSummary(const v1::EnsembleSummary& part, v1::EnsembleSummary& sum) {
+  sum.set_solved(sum.solved() + part.solved());
+  sum.set_reached(sum.reached() + part.reached());
+  sum.set_failed(sum.failed() + part.failed());
+  sum.set_stopped(sum.stopped() + part.stopped());
+  sum.set_not_begun(sum.not_begun() + part.not_begun());
+  sum.set_seconds(sum.seconds() + part.seconds());
+  sum.set_setup_hits(sum.setup_hits() + part.setup_hits());
+  sum.set_setup_misses(sum.setup_misses() + part.setup_misses());
+  if (!part.message().empty()) sum.set_message(part.message());
+}
+
 }  // namespace dlcs::client

@@ -58,6 +58,9 @@ class EnsembleCollector {
   bool expects_members_ = true;
 };
 
+// Adds the counts, the seconds and the message of `part`, the summary of some members, to `sum`.
+void AddSummary(const v1::EnsembleSummary& part, v1::EnsembleSummary& sum);
+
 }  // namespace dlcs::client
 
 #endif  // DLCS_CLIENT_RESULT_ENSEMBLE_RESULT_H_

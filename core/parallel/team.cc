@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/parallel/team.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -29,6 +30,14 @@ double Team::Max(double value) {
 }
 
 bool Team::Any(bool value) { return Max(value ? 1 : 0) > 0; }
+
+bool Team::IsSame(std::uint64_t hash) {
+  constexpr int kExact = 32;
+  const auto value = static_cast<double>(hash >> kExact);
+  if (is_alone()) return true;
+  const std::vector<double> values = Gather(value);
+  return std::all_of(values.begin(), values.end(), [value](double other) { return other == value; });
+}
 
 Team& Team::Alone() {
   static Team alone;

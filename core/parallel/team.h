@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_PARALLEL_TEAM_H_
 #define DLCS_CORE_PARALLEL_TEAM_H_
 
+#include <cstdint>
 #include <vector>
 
 #include "core/types.h"
@@ -41,6 +42,8 @@ class Team {
   double Sum(double value);
   double Max(double value);  // NaN if one is
   bool Any(bool value);
+  // Whether `hash` is the same in all processes. Compares its upper 32 bits, which a double holds.
+  bool IsSame(std::uint64_t hash);
 
   // Iterative steps with rows distributed over the team; null if there are none.
   virtual DistributedSteps* distributed_steps() { return nullptr; }

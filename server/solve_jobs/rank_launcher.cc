@@ -172,8 +172,7 @@ absl::Status CheckRankSettings(const RankSettings& settings) {
   if (FindRankProgram(settings.program).empty()) {
     return absl::InvalidArgumentError(
         fmt::format("--mpi-program {}: is not a program, neither beside dlcsd nor in PATH; deploy/install-packages.sh "
-                    "mpi and a new "
-                    "build make dlcs-mpi",
+                    "mpi and a new build make dlcs-mpi",
                     settings.program));
   }
   return absl::OkStatus();

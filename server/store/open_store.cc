@@ -45,9 +45,8 @@ absl::Status CheckStoreAddress(const std::string& address) {
                          place.substr(0, place.find('?', first)).find('@', first + 1) != std::string_view::npos;
   if (ambiguous || ParametersOf(address) == nullptr) {
     return absl::InvalidArgumentError(
-        "not an address as postgresql://USER@HOST:PORT/NAME?KEY=VALUE; in a user name or a password write @ as %40, / "
-        "as "
-        "%2F and % as %25");
+        "not an address as postgresql://USER@HOST:PORT/NAME?KEY=VALUE; in a user name or a password write @ as %40, "
+        "/ as %2F and % as %25");
   }
   return absl::OkStatus();
 }

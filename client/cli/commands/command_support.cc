@@ -89,6 +89,13 @@ absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server,
   return *std::move(client);
 }
 
+absl::Status MakeIfAbsent(const ServerTarget& server, bool quiet, std::unique_ptr<Backend>& backend) {
+  if (backend) return absl::OkStatus();
+  absl::StatusOr<std::unique_ptr<Backend>> made = MakeBackend(server, quiet);
+  if (made.ok()) backend = *std::move(made);
+  return made.status();
+}
+
 void PrintNotice(const std::string& text) { fmt::print(stderr, "dlcs: {}\n", text); }
 
 ExitCode PrintError(const absl::Status& status, ExitCode code) {

@@ -20,6 +20,9 @@ namespace dlcs::client {
 // on standard error, unless `quiet`. Errors: InvalidArgument with the option.
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server, bool quiet = false);
 
+// Makes it where `backend` is null.
+absl::Status MakeIfAbsent(const ServerTarget& server, bool quiet, std::unique_ptr<Backend>& backend);
+
 // Prints a notice on standard error, for example that a call is repeated or a solve is resumed.
 void PrintNotice(const std::string& text);
 

@@ -281,10 +281,8 @@ ExitCode Run(const SolveCommand& command, SolveHooks hooks) {
   if (!output.ok()) return PrintError(output.status(), kBadInput);
   // After reading, which Ctrl-C ends as always.
   const Interrupt interrupt;
-  if (!hooks.backend) {
-    auto backend = MakeBackend(command.server, command.quiet);
-    if (!backend.ok()) return PrintError(backend.status(), kBadInput);
-    hooks.backend = *std::move(backend);
+  if (absl::Status made = MakeIfAbsent(command.server, command.quiet, hooks.backend); !made.ok()) {
+    return PrintError(made, kBadInput);
   }
 
   const CallLimits limits{.deadline = std::chrono::duration<double>(command.deadline_s), .stop = interrupt.token()};

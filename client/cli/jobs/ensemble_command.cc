@@ -164,10 +164,8 @@ ExitCode Run(const EnsembleCommand& command, std::unique_ptr<Backend> backend) {
   std::FILE* out = *output ? (*output)->stream() : stdout;
   // After reading, which Ctrl-C ends as always.
   if (!interrupt) interrupt.emplace();
-  if (!backend) {
-    auto made = MakeBackend(solve.server, solve.quiet);
-    if (!made.ok()) return PrintError(made.status(), kBadInput);
-    backend = *std::move(made);
+  if (absl::Status made = MakeIfAbsent(solve.server, solve.quiet, backend); !made.ok()) {
+    return PrintError(made, kBadInput);
   }
 
   EnsembleTable table;

@@ -23,6 +23,7 @@
 #include "client/cli/terminal/terminal.h"
 #include "client/files/json_text.h"
 #include "client/netlist/netlist.h"
+#include "client/result/ensemble_result.h"
 #include "proto/shared/known_end.h"
 #include "proto/shared/title_limit.h"
 #include "proto/shared/truncate_text.h"
@@ -75,18 +76,6 @@ v1::SolveEnsembleRequest RequestOf(const SolveCommand& command, bool detach, con
     request.mutable_options()->add_output_times(*end);
   }
   return request;
-}
-
-void Add(const v1::EnsembleSummary& part, v1::EnsembleSummary& sum) {
-  sum.set_solved(sum.solved() + part.solved());
-  sum.set_reached(sum.reached() + part.reached());
-  sum.set_failed(sum.failed() + part.failed());
-  sum.set_stopped(sum.stopped() + part.stopped());
-  sum.set_not_begun(sum.not_begun() + part.not_begun());
-  sum.set_seconds(sum.seconds() + part.seconds());
-  sum.set_setup_hits(sum.setup_hits() + part.setup_hits());
-  sum.set_setup_misses(sum.setup_misses() + part.setup_misses());
-  if (!part.message().empty()) sum.set_message(part.message());
 }
 
 // A job for each group of points that share their matrices; prints their names.
@@ -142,10 +131,8 @@ ExitCode RunSweep(const EnsembleCommand& command, std::unique_ptr<Backend> backe
   std::FILE* out = *output ? (*output)->stream() : stdout;
   const Interrupt interrupt;
   const auto begin = std::chrono::steady_clock::now();
-  if (!backend) {
-    auto made = MakeBackend(solve.server, solve.quiet);
-    if (!made.ok()) return PrintError(made.status(), kBadInput);
-    backend = *std::move(made);
+  if (absl::Status made = MakeIfAbsent(solve.server, solve.quiet, backend); !made.ok()) {
+    return PrintError(made, kBadInput);
   }
 
   const DisplayNames names = NamesIn(sweep->front().netlist.problem);
@@ -166,7 +153,7 @@ ExitCode RunSweep(const EnsembleCommand& command, std::unique_ptr<Backend> backe
         {.deadline = std::chrono::duration<double>(solve.deadline_s) - (std::chrono::steady_clock::now() - begin),
          .stop = interrupt.token()});
     if (!part.ok()) return PrintCallError(part.status(), source);
-    Add(*part, summary);
+    AddSummary(*part, summary);
     if (part->stopped() + part->not_begun() > 0) break;
   }
   if (solve.format == OutputFormat::kTable) {
