@@ -385,9 +385,10 @@ bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
   nonsingular.bottomRows(mode.num_algebraic) = mode.algebraic_rows();
   const auto negative_inverse = NegativeInverse(nonsingular);
   if (!negative_inverse) return false;
-  mode.correction = -negative_inverse->rightCols(mode.num_algebraic);
+  mode.solve_slope = -*negative_inverse;
+  mode.correction = mode.solve_slope.rightCols(mode.num_algebraic);
   const Index rest = m - mode.num_algebraic;
-  mode.dynamics = -(negative_inverse->leftCols(rest) * mode.F.topRows(rest));
+  mode.dynamics = mode.solve_slope.leftCols(rest) * mode.F.topRows(rest);
   return true;
 }
 

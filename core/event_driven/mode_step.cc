@@ -48,6 +48,9 @@ auto SizesOf(const Eigen::MatrixBase<Derived>& matrix) {
   return matrix.unaryExpr([](const std::complex<double>& z) { return SizeOf(z); });
 }
 
+// An upper bound of |series| on the step.
+Vector SizeOfRows(const LegendreSeries& series) { return series.cwiseAbs().rowwise().sum(); }
+
 // Subtracts the multiples `layers` of P_K - P_{K-1}.
 template <typename Layers, typename Series>
 void Subtract(const Layers& layers, Series& series) {
@@ -271,15 +274,34 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
   solution.slope_noise = SizesOf(form.vectors) * noise;
 }
 
-// Where components are so large and cancel so far in a state that no digit of its slope is left, the derivative of its
-// own polynomial, which was refined, has less rounding. `x_noise`: the rounding of the states.
-void ModeStepper::TakeSlopesOfStates(const Vector& x_noise, Solution& solution) const {
-  const Vector noise = kLegendreDegree * kLegendreDegree / half_ * x_noise;
+// Components may be so large, and cancel so far in a state, that few digits of its slope are left. By the equations of
+// the mode themselves, E x' = F x + b, of which the algebraic ones are differentiated, it has the rounding of their
+// terms and, as often as fast states act in them, that of the states. Where no digit is left by either way, the
+// derivative of its own polynomial, which was refined, has less. `x_noise`: the rounding of the states.
+void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source_noise, const Vector& x_noise,
+                              Solution& solution) const {
+  constexpr double kUnit = std::numeric_limits<double>::epsilon();
+  constexpr double kSafety = 4;  // one coefficient of a source has more than the rounding of one value
+  const double of_derivative = kLegendreDegree * kLegendreDegree / half_;
+  LegendreSeries rows = Apply(mode_->F, solution.x) + source;
+  Vector noise = kUnit * (mode_->F_terms * SizeOfRows(solution.x) + SizeOfRows(source)) + source_noise;
+  for (Index i = rows.rows() - mode_->num_algebraic; i < rows.rows(); ++i) {
+    rows.row(i) = -1 / half_ * DerivativeOf(LegendreVector(source.row(i))).transpose();
+    noise[i] = of_derivative * (kUnit * source.row(i).cwiseAbs().sum() + source_noise[i]);
+  }
+  const LegendreSeries by_rows = Apply(mode_->solve_slope, rows);
+  noise += kUnit * (mode_->E_terms * SizeOfRows(by_rows));
+  noise = kSafety * (AbsTimes(mode_->solve_slope, noise) + AbsTimes(mode_->dynamics, x_noise));
   for (Index i = 0; i < noise.size(); ++i) {
+    if (noise[i] < solution.slope_noise[i]) {
+      solution.slope.row(i) = by_rows.row(i);
+      solution.slope_noise[i] = noise[i];
+    }
+    const double by_polynomial = of_derivative * x_noise[i];
     const bool has_digits = solution.slope_noise[i] < solution.slope.row(i).cwiseAbs().sum();
-    if (has_digits || !(noise[i] < solution.slope_noise[i])) continue;
+    if (has_digits || !(by_polynomial < solution.slope_noise[i])) continue;
     solution.slope.row(i) = 1 / half_ * DerivativeOf(LegendreVector(solution.x.row(i))).transpose();
-    solution.slope_noise[i] = noise[i];
+    solution.slope_noise[i] = by_polynomial;
   }
 }
 
@@ -360,7 +382,9 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   }
   if (!is_explicit) {
     AddSlope(c, source, source_noise, solution);
-    TakeSlopesOfStates(kRounding * (start.cwiseAbs() + size) + solution.uncertainty, solution);
+    const Vector x_noise =
+        kRounding * (start.cwiseAbs() + size) + solution.uncertainty + solution.kept_layer + solution.last_noise;
+    RefineSlope(source, source_noise, x_noise, solution);
     for (const Index i : solution.unreached) solution.slope.row(i).setZero();
   }
   return solution;

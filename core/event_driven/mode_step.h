@@ -110,7 +110,8 @@ class ModeStepper {
                             OfRounding of_rounding) const;
   void AddSlope(const ComplexSeries& c, const LegendreSeries& source, const Vector& source_noise,
                 Solution& solution) const;
-  void TakeSlopesOfStates(const Vector& x_noise, Solution& solution) const;
+  void RefineSlope(const LegendreSeries& source, const Vector& source_noise, const Vector& x_noise,
+                   Solution& solution) const;
 
   const Mode* mode_;
   double half_;

@@ -438,8 +438,8 @@ INSTANTIATE_TEST_SUITE_P(Decks, PowerBalance,
                          ::testing::Values("rlc", "half-wave", "bridge", "three-phase", "doubler", "clamp", "buck",
                                            "boost", "buck-boost", "cuk", "sepic", "flyback", "half-bridge", "forward",
                                            "llc", "snubber", "oscillator", "hysteretic-buck"),
-                         [](const auto& info) {
-                           std::string name = info.param;
+                         [](const auto& deck) {
+                           std::string name = deck.param;
                            std::erase(name, '-');
                            return name;
                          });
