@@ -19,7 +19,10 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 def command_by_folder(build):
     """The compiler and its flags, without input, output and precompiled headers, of one file of each folder: that with
-    the most flags, since targets of one folder may use different libraries."""
+    the most folders to include from, since targets of one folder may use different libraries."""
+    def folders_of(words):
+        return sum(word.startswith(("-I", "-isystem")) for word in words)
+
     commands = {}
     for entry in json.loads((build / "compile_commands.json").read_text()):
         folder = pathlib.Path(entry["file"]).parent
@@ -35,7 +38,7 @@ def command_by_folder(build):
                 skip = True
             elif not word.startswith("-fpch"):
                 kept.append(word)
-        if folder not in commands or len(kept) > len(commands[folder][0]):
+        if folder not in commands or folders_of(kept) > folders_of(commands[folder][0]):
             commands[folder] = (kept, entry["directory"])
     return commands
 
