@@ -243,9 +243,10 @@ int RunOn(MpiWorld& world, const Arguments& arguments) {
     fmt::print(output.errors(), "dlcs-mpi: rank {} failed where others did not:\n", world.rank());
     output.PrintCaptured();
   };
+  const MpiVolume start = VolumeOfMpi();
   const int code = world.RunTogether([&] { return CatchErrors([&] { return Solve(arguments, world); }); }, explain);
   const MpiVolume& volume = VolumeOfMpi();
-  if (code == kSolved && world.size() > 1 && !arguments.is_ensemble && volume.messages + volume.broadcasts == 0) {
+  if (code == kSolved && world.size() > 1 && !arguments.is_ensemble && !volume.SharesMoreThan(start)) {
     PrintNotice(
         "every rank did the same work, since this solve has no part that ranks share; --propagator contour and "
         "iterative-stepping have");

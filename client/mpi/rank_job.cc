@@ -276,8 +276,7 @@ jobs::JobEnd SolveAndCatch(ranks::Work work, int rank, AttemptSink* sink, std::s
 }
 
 void LogIfNothingWasShared(const MpiVolume& before, AttemptSink& sink) {
-  const MpiVolume& now = VolumeOfMpi();
-  if (now.messages + now.broadcasts > before.messages + before.broadcasts) return;
+  if (VolumeOfMpi().SharesMoreThan(before)) return;
   v1::SolveEvent event;
   event.set_log(
       "every rank did the same work, since this solve has no part that ranks share; the propagators contour and "

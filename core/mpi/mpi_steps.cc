@@ -12,9 +12,9 @@
 
 #include "core/context/consistency.h"
 #include "core/lcp/structured/bounded_solver.h"
+#include "core/mpi/distributed_krylov.h"
 #include "core/mpi/distributed_operator.h"
 #include "core/mpi/halo.h"
-#include "core/mpi/hypre_solver.h"
 #include "core/mpi/mpi_team.h"
 #include "core/mpi/ownership.h"
 #include "core/mpi/part_of_problem.h"
@@ -147,7 +147,7 @@ std::unique_ptr<IterativeStep> PartOfStep(const PartOfProblem& part, double step
   std::optional<DistributedRows> K;
   K.emplace(system.K, unknowns, team);
   RowMajorMatrix().swap(system.K);
-  auto linear = std::make_unique<HypreSolver>(*K, unknowns, is_symmetric, workers, team);
+  auto linear = std::make_unique<DistributedKrylov>(*K, unknowns, is_symmetric, workers, team);
   K.reset();
   auto solver = std::make_unique<BoundedSolver>(std::move(linear), std::move(diagonal), std::move(bounded), workers);
   return std::make_unique<IterativeStep>(step_rule, std::move(system), std::move(solver), team, tolerance);

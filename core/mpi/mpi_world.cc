@@ -9,8 +9,8 @@
 #include <thread>
 #include <utility>
 
-#include "core/mpi/hypre_solver.h"
 #include "core/mpi/mpi_team.h"
+#include "core/mpi/multigrid_cycle.h"
 
 namespace dlcs {
 
@@ -36,13 +36,13 @@ MpiWorld::MpiWorld(int& argc, char**& argv) : impl_(std::make_unique<Impl>()) {
   MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
   MPI_Comm_dup(MPI_COMM_WORLD, &impl_->solves);
   MPI_Comm_dup(MPI_COMM_WORLD, &impl_->end);
-  StartHypre();
+  MultigridCycle::StartLibrary();
   impl_->team = std::make_unique<MpiTeam>(impl_->solves);
 }
 
 MpiWorld::~MpiWorld() {
   impl_->team.reset();
-  EndHypre();
+  MultigridCycle::EndLibrary();
   MPI_Comm_free(&impl_->end);
   MPI_Comm_free(&impl_->solves);
   MPI_Finalize();

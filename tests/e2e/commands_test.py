@@ -58,6 +58,7 @@ NOT_RUN = (
     ("needs systemd; ManifestsTest", "install -m 644 deploy/dlcsd.service", "systemctl ", "dlcs health && journalctl"),
     ("needs the system's PostgreSQL, and asks for a password; Database makes the same", "runuser -u postgres"),
     ("needs MPI; MpiTest runs it", "mpirun "),
+    ("installs packages that nothing else needs", "deploy/install-packages.sh build mpi petsc"),
     ("needs MPI; MpiJobsTest runs it", "dlcsd .*--mpi-launcher", "dlcs submit .*--ranks"),
     ("needs a registry; the build runs it", "npm "),
     ("needs a registry; PythonClientTest builds and installs the wheel", "pip install "),
