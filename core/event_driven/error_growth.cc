@@ -187,10 +187,14 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   }
 }
 
+void ErrorGrowth::AddMissed(const Vector& amount) {
+  for (Index e = 0; e < kErrors; ++e) AddTo(e, amount);
+}
+
 void ErrorGrowth::Add(const Vector& error, const Vector& inside) {
   has_event_ = false;
   ++steps_;
-  for (Index e = 0; e < kErrors; ++e) AddTo(e, error);
+  AddMissed(error);
   Raise(errors_, inside);
 }
 

@@ -48,6 +48,8 @@ class ErrorGrowth {
     Vector y;
   };
   void AddStep(const SmoothStep& step, const StepSources& sources, const Overlooked& overlooked, double s_end);
+  // Adds what x may be off by at the time reached.
+  void AddMissed(const Vector& amount);
   // What the errors so far are in the guards of `mode`.
   Vector InGuards(const Mode& mode) const;
   // The event at `s_end`, at which the guard with the given index ended the mode.

@@ -57,11 +57,21 @@ bool EventDrivenLoop::Run() {
     const bool starts = t_ == 0 || (may_jump && sampler_.GJumps(t_, kNoJumpAtBreak * context_.row_size));
     if (starts && !Start(t_)) return false;
     if (!Cross(end)) return false;
+    if (end < problem_.horizon) CountTimeOfJump(end);
     may_jump = std::binary_search(breaks.begin(), breaks.end(), end);
     if (may_jump || end == problem_.horizon) Record(output_.EndInterval(end, x_, y_, w_));
   }
   progress_.Finish(problem_.horizon);
   return true;
+}
+
+// A time is known to rounding, within which a jump of f moves the state: much, where f is a pulse of a few ulps of t.
+void EventDrivenLoop::CountTimeOfJump(double time) {
+  Vector before(problem_.num_states()), after(problem_.num_states());
+  sampler_.F(time, Side::kLeft, before);
+  sampler_.F(time, Side::kRight, after);
+  const Vector jump = (after - before).cwiseAbs();
+  if (jump.allFinite()) errors_.AddMissed(std::numeric_limits<double>::epsilon() * time * jump);
 }
 
 DataSizes EventDrivenLoop::SizesSoFar() const {

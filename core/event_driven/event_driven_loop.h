@@ -53,6 +53,7 @@ class EventDrivenLoop {
   bool TakeCoupledSteps(double end);
 
   bool PassKink();
+  void CountTimeOfJump(double time);
   bool IsStuck();
   bool IsBeyondWork() const;
   Progressed FailNonFinite(double step_end);

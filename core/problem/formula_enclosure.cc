@@ -84,6 +84,16 @@ Enclosure EncloseSwitch(FormulaOperation operation, const Enclosure& a, const En
   }
 }
 
+// Powers whose exponent is one of the whole numbers in `exponent`: of a negative base, others are not defined.
+Interval PowerOfWholes(Interval base, Interval exponent) {
+  constexpr double kMost = 16;
+  const double first = std::ceil(exponent.lo), last = std::floor(exponent.hi);
+  if (exponent.is_empty() || !(last - first < kMost) || last < first) return Power(base, exponent);
+  Interval powers = Power(base, {first, first});
+  for (double n = first + 1; n <= last; ++n) powers = Hull(powers, Power(base, {n, n}));
+  return powers;
+}
+
 }  // namespace
 
 FormulaEnclosure::FormulaEnclosure(const FormulaTree& tree, bool numbers_are_rounded)
@@ -177,7 +187,7 @@ void FormulaEnclosure::EncloseAll(Interval t, Interval from_middle) {
   }
 }
 
-Interval FormulaEnclosure::ValueOfStep(const FormulaStep& step, Interval u, Interval v) {
+Interval FormulaEnclosure::ValueOfStep(const FormulaStep& step, Interval u, Interval v) const {
   switch (step.operation) {
     case kNegate:
       return -u;
@@ -190,6 +200,7 @@ Interval FormulaEnclosure::ValueOfStep(const FormulaStep& step, Interval u, Inte
     case kDivide:
       return u / v;
     case kPower:
+      if (IsRounding(tree_.steps[static_cast<std::size_t>(step.b)].operation)) return PowerOfWholes(u, v);
       return Power(u, v);
     case kSin:
       return Sine(u);

@@ -47,7 +47,7 @@ class FormulaEnclosure {
   // `from_middle` is t - middle.
   void EncloseAll(Interval t, Interval from_middle);
   // Of a step that is no switch, for its operands; the slope also takes the value of the step.
-  static Interval ValueOfStep(const FormulaStep& step, Interval u, Interval v);
+  Interval ValueOfStep(const FormulaStep& step, Interval u, Interval v) const;
   static Interval SlopeOfStep(const FormulaStep& step, const Enclosure& a, const Enclosure& b, Interval value);
 
   const FormulaTree& tree_;

@@ -224,9 +224,51 @@ bool Repeat(const Problem& problem, double begin, double period) {
   return true;
 }
 
+// The number of periods in [0, T] after which no break point makes a source differ from itself one period later. It may
+// have a jump between the starts above.
+double PeriodsBeforeLastBreak(const Problem& problem, double period) {
+  constexpr double kMiddle = 0.5, kShortest = 1e-9;
+  double periods = 0;
+  for (const PeriodicSource& source : PeriodicSources(problem)) {
+    auto evaluator = TimeFunctionEvaluator::Create(source.function, source.size);
+    if (IsOnePeriod(problem, source, period) || !evaluator.ok()) continue;
+    const double last = problem.horizon - period;  // to be compared with T
+    std::vector<double> breaks;
+    for (const double time : BreakPoints(source.function, problem.horizon)) {
+      for (const double at : {time - period, time}) {
+        if (at > 0 && at < last) breaks.push_back(at);
+      }
+    }
+    if (breaks.empty()) continue;
+    breaks.insert(breaks.end(), {0, last});
+    std::sort(breaks.begin(), breaks.end());
+    const Index count = static_cast<Index>(breaks.size()) - 1;
+    Matrix difference(source.size, count);
+    Vector now(source.size), later(source.size), size = Vector::Zero(source.size);
+    for (Index k = 0; k < count; ++k) {
+      const double begin = breaks[static_cast<std::size_t>(k)], end = breaks[static_cast<std::size_t>(k) + 1];
+      difference.col(k).setZero();
+      if (end - begin < kShortest * period) continue;
+      const double time = begin + kMiddle * (end - begin);
+      evaluator->Evaluate(time, Side::kRight, now);
+      evaluator->Evaluate(time + period, Side::kRight, later);
+      size = size.cwiseMax(now.cwiseAbs()).cwiseMax(later.cwiseAbs());
+      difference.col(k) = (later - now).cwiseAbs();
+    }
+    for (Index k = 0; k < count; ++k) {
+      if ((difference.col(k).array() <= kSameValue * size.array()).all()) continue;
+      const double ends = breaks[static_cast<std::size_t>(k) + 1] / period;
+      periods = std::max(periods, std::ceil(ends * (1 - kSameRatio)));
+    }
+  }
+  return periods;
+}
+
 std::optional<double> StartOfRepeating(const Problem& problem, double period) {
+  const double least = PeriodsBeforeLastBreak(problem, period);
+  if (least > 0 && Repeat(problem, least * period, period)) return least * period;
   for (const int start : kStarts) {
-    if (Repeat(problem, start * period, period)) return start * period;
+    if (start >= least && Repeat(problem, start * period, period)) return start * period;
   }
   return std::nullopt;
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/format_number.h"
@@ -221,6 +222,31 @@ TEST(FormulaJumpsTest, WarnsOfWhatCouldNotBeToldApart) {
   const Problem problem = Scalar("(t**2 - 2*t + 1 > 0)*1", 2);
   EXPECT_THAT(SourceWarnings(problem),
               ElementsAre(HasSubstr("Of f[0], \"(t**2 - 2*t + 1 > 0)*1\", switching times within")));
+}
+
+// Of a pulse of some ulps of t only rounded ends are known: what is unknown of its area is in the figure.
+TEST(FormulaJumpsTest, TheRoundingOfSwitchingTimesCounts) {
+  for (const auto& [f, horizon, area] : {std::tuple{"(abs(t-1000)<1e-10)*1e10", 2000.0, 2.0},
+                                         {"(abs(t-0.75)<1e-12)*1e12", 1.0, 2.0},
+                                         {"(abs(t-0.75)<1e-3)*1e3", 1.0, 2.0}}) {
+    Problem problem = Scalar(f, horizon);
+    problem.A = One(0);
+    const Solution solution = SolveToEnd(problem, {});
+    const double error = std::abs(solution.x(0, solution.x.cols() - 1) / area - 1);
+    EXPECT_LE(error, 3 * solution.accuracy.error) << f;
+    EXPECT_LE(solution.accuracy.error, 100 * error + 1e-12) << f;
+  }
+}
+
+// The exponent is a whole number on both sides of a switching time, and on its rounding too.
+TEST(FormulaJumpsTest, APowerOfARoundedNumberMayHaveANegativeBase) {
+  for (const auto& [f, integral] :
+       {std::pair{"(-1)**floor(3*t)", 1.0 / 3}, {"(-2)**floor(3*t)", (1 - 2 + 4 - 8 + 16 - 32 + 64) / 3.0}}) {
+    Problem problem = Scalar(f, 7.0 / 3);
+    problem.A = One(0);
+    const Solution solution = SolveToEnd(problem, {});
+    EXPECT_NEAR(solution.x(0, solution.x.cols() - 1), integral, 1e-12) << f;
+  }
 }
 
 }  // namespace

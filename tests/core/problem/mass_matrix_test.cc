@@ -328,5 +328,27 @@ TEST(MassMatrixTest, TheAnalysisLooksAtTheSystemThatIsSolved) {
   EXPECT_EQ(with->recommendation.options.method, without->recommendation.options.method);
 }
 
+// E of condition 2e13, and A = -2E: x = x0 e^{-2t} whatever E is.
+TEST(MassMatrixTest, AnIllConditionedOneDoesNotShowInTheStates) {
+  constexpr Index kSize = 10;
+  Problem problem;
+  Matrix hilbert(kSize, kSize);
+  for (Index i = 0; i < kSize; ++i) {
+    for (Index j = 0; j < kSize; ++j) hilbert(i, j) = 1.0 / static_cast<double>(i + j + 1);
+  }
+  problem.E = hilbert;
+  problem.A = -2 * hilbert;
+  problem.B = Matrix::Zero(kSize, 1);
+  problem.N = Matrix::Zero(1, kSize);
+  problem.M = Matrix::Identity(1, 1);
+  problem.f = TimeFunction::Zero(kSize);
+  problem.g = TimeFunction::Constant(Vector::Ones(1));
+  problem.x0 = Vector::LinSpaced(kSize, 1, kSize);
+  problem.horizon = 2;
+  const Solution solution = SolveToEnd(problem, {});
+  const Vector end = solution.x.rightCols(1);
+  EXPECT_LT(MaxAbs((end.cwiseQuotient(problem.x0) * std::exp(4)).array() - 1), 1e-12);
+}
+
 }  // namespace
 }  // namespace dlcs

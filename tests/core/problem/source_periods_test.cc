@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "core/problem/formula_syntax.h"
 #include "core/problem/time_function.h"
@@ -115,6 +116,16 @@ TEST(OnePeriodTest, BeginsWhereTheSourcesRepeat) {
   Vector value(1);
   f->Evaluate(0.25, Side::kRight, value);
   EXPECT_NEAR(value[0], 1, 1e-12);
+}
+
+// A jump between the multiples of the period at which values are compared.
+TEST(OnePeriodTest, BeginsBehindTheLastJumpInTheHorizon) {
+  for (const double jump : {2.5, 10.25, 99.75, 517.5}) {
+    const std::string step = "sin(2*pi*t) + (t > " + std::to_string(jump) + ")";
+    const Problem problem = WithSource(TimeFunction::Formulas({step}), 1000);
+    EXPECT_TRUE(Check(problem, 1).empty()) << jump;
+    EXPECT_EQ(ProblemOfOnePeriod(problem, 1).phase, std::ceil(jump)) << jump;
+  }
 }
 
 }  // namespace
