@@ -75,6 +75,7 @@ class ScaledFactors {
   Index rank() const { return factors_.rank(); }
   double determinant() const { return factors_.determinant(); }  // its sign is that of the matrix
   Matrix Solve(const Matrix& right) const {
+    if (right.cols() == 0) return Matrix(column_.size(), 0);  // which FullPivLU does not look for
     return column_.asDiagonal() * factors_.solve(Matrix(row_.asDiagonal() * right));
   }
 

@@ -44,6 +44,25 @@ Dip MissedDip(const SmoothStep& step, Index guard, double error, double s_end) {
   return dip;
 }
 
+// Where y_i drives w_i down, at the given rate in the time of s, another solution with y_i > 0 may begin where w_i is
+// zero to rounding, and rounding decides between the two. There p = -M_ii y_i obeys p' = w_i' + rate p. Follows p from
+// `noise` below w_i at the begin of the step on. Returns how far below zero p is after many of its times; 0 where it
+// returned to zero before, or w_i is not zero at the begin.
+double FollowRepelled(const LegendreVector& w, double rate, double noise, double s_end) {
+  constexpr double kStep = 0.1;  // of the time 1/rate
+  constexpr int kSteps = 800;
+  const double growth = std::exp(kStep), of_change = std::expm1(kStep) / kStep;
+  double before = w.dot(LegendreValues(-1)), p = before - noise;
+  for (int k = 1; k <= kSteps && p < 0; ++k) {
+    const double s = -1 + k * kStep / rate;
+    if (s > s_end) break;
+    const double value = w.dot(LegendreValues(s));
+    p = growth * p + of_change * (value - before);
+    before = value;
+  }
+  return std::max(0.0, -p);
+}
+
 }  // namespace
 
 std::optional<ModeEnd> FindModeEnd(const SmoothStep& step) {
@@ -87,10 +106,16 @@ ErrorGrowth::Overlooked OverlookedEvents(const Problem& problem, const SmoothSte
   ErrorGrowth::Overlooked overlooked{no_state, no_state, Vector::Zero(problem.num_constraints())};
   const Vector error = step.guard_error + error_of_state;
   for (Index i = 0; i < step.guard.rows(); ++i) {
+    const double moved = N.row(i).dot(B.col(i)), moves = std::abs(moved);  // w_i by y_i, a unit of time
+    const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
+    if (!is_active && M(i, i) > 0 && moved < 0) {
+      const double rate = moves / M(i, i) * duration / (1 + s_end);
+      const double p = FollowRepelled(step.guard.row(i).transpose(), rate, step.guard_noise[i], s_end);
+      overlooked.x += p / moves * B.col(i).cwiseAbs();
+    }
     const Dip dip = MissedDip(step, i, error[i], s_end);
     if (dip.depth == 0) continue;
-    const double moves = std::abs(N.row(i).dot(B.col(i)));  // w_i by y_i, a unit of time
-    if (std::binary_search(mode.active.begin(), mode.active.end(), i)) {
+    if (is_active) {
       overlooked.slope += dip.mean * B.col(i).cwiseAbs();
     } else if (M(i, i) > 0) {
       overlooked.slope += dip.mean / M(i, i) * B.col(i).cwiseAbs();

@@ -172,7 +172,9 @@ class Server:
     def ranks(self):
         """The processes of the ranks, in the order of ranks, once they solve."""
         found = [process for process, name in descendants_of(self.process.pid) if name == "dlcs-mpi"]
-        return sorted(found, key=lambda process: int(variable_of(process, "OMPI_COMM_WORLD_RANK")))
+        numbers = {process: variable_of(process, "OMPI_COMM_WORLD_RANK") for process in found}
+        # One that has just ended has no variables.
+        return sorted((process for process in found if numbers[process]), key=lambda process: int(numbers[process]))
 
     def ranks_at_work(self, name, progress=0.05):
         """Waits for a checkpoint of the job, after which its ranks are in their steps."""

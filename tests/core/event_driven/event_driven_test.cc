@@ -676,6 +676,22 @@ TEST(EventDrivenTest, CountsAsAnErrorWhatRoundingMayHide) {
   EXPECT_GT(SolveAt(difference, 1e-6).accuracy.error, 0.3);
 }
 
+// Starts where y = w = 0, and y drives w down (N B < 0) with the rate 1/M: x = t², y = sin³t, from which whatever
+// rounding does to w moves away like e^{t/M}. Where w leaves zero at once rounding decides nothing.
+TEST(EventDrivenTest, CountsASolutionThatRoundingDecides) {
+  Problem problem = Scalar(0, 0, 0, 1);
+  problem.B = -Matrix::Ones(1, 1);
+  problem.M = Matrix::Constant(1, 1, 1e-4);
+  problem.f = TimeFunction::Formulas({"2*t + sin(t)**3"});
+  problem.g = TimeFunction::Formulas({"-t*t - 1e-4*sin(t)**3"});
+  EXPECT_GT(SolveAt(problem, kNoTolerance).accuracy.error, 0.3);
+  problem.f = TimeFunction::Constant(Vector::Ones(1));
+  problem.g = TimeFunction::Zero(1);
+  const Solution leaves = SolveAt(problem, kNoTolerance);
+  EXPECT_NEAR(leaves.x(0, leaves.x.cols() - 1), 1, 1e-14);
+  EXPECT_LT(leaves.accuracy.error, 1e-9);
+}
+
 // w = x1 = 1 + cos t - d falls below zero by d at t = π, where y holds it: x1 is d larger from there on, and x2, that
 // nothing else moves, is 1e10 d.
 TEST(EventDrivenTest, FindsShallowContactsOrCountsThem) {
