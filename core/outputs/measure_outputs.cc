@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <boost/math/quadrature/gauss.hpp>
-#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -12,14 +11,13 @@
 #include <vector>
 
 #include "core/format_number.h"
+#include "core/outputs/monotone_parts.h"
 #include "core/outputs/output_curves.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem/formula.h"
 
 namespace dlcs {
 namespace {
-
-constexpr Index kSamples = 65;
 
 std::vector<Index> OutputsOf(const Measurement& one) {
   std::vector<Index> outputs = one.outputs;
@@ -76,10 +74,6 @@ class OutputMeter {
       : problem_(problem), rows_(std::move(rows)), curves_(std::move(curves)) {
     reached_ = curves_.empty() ? 0 : curves_.back().end;
     ends_early_ = solution.termination != Termination::kReachedEnd;
-    sample_places_ = -(Vector::LinSpaced(kSamples, 0, M_PI).array().cos());
-    sample_places_[0] = -1;
-    sample_places_[kSamples - 1] = 1;
-    LegendreValuesAt(sample_places_, sample_values_);
   }
 
   Found Measure(const Measurement& one) const {
@@ -133,16 +127,20 @@ class OutputMeter {
     }
   }
 
-  // The first time at which |z| of the output reaches the limit, on the samples.
+  // The first time at which |z| of the output reaches the limit.
   std::string Compare(const OutputLimit& limit) const {
     const double level = kReachedLimit * limit.value;
+    const std::vector<Index> outputs = {limit.output};
     for (const CurvePiece& piece : curves_) {
       LookForStop();
-      const Vector samples = Samples({limit.output}, piece);
-      for (Index i = 0; i < kSamples; ++i) {
-        if (std::abs(samples[i]) < level) continue;  // not where it overflows
+      if (piece.z.row(RowOf(limit.output)).cwiseAbs().sum() < level) continue;  // since no P_k exceeds 1
+      const std::vector<Place> places = PlacesOf(outputs, piece);
+      for (std::size_t k = 0; k < places.size(); ++k) {
+        if (std::abs(places[k].value) < level) continue;  // not where it overflows
+        const int side = places[k].value < 0 ? -1 : 1;
+        const double time = k == 0 ? piece.begin : TimeOfSide(outputs, side * level, side, places[k - 1], places[k]);
         return problem_.outputs.names[static_cast<std::size_t>(limit.output)] + " reaches its limit " +
-               FormatNumber(limit.value) + " at t = " + FormatNumber(piece.t_of(sample_places_[i])) +
+               NumberText(limit.value) + " at t = " + FormatNumber(time) +
                ": from there on the result is not that of the model.";
       }
     }
@@ -150,10 +148,11 @@ class OutputMeter {
   }
 
  private:
-  struct Sample {
+  // A place on a piece, and the quantity there.
+  struct Place {
     const CurvePiece* piece;
     double s;
-    double value;  // above the level
+    double value;
   };
 
   Index RowOf(Index output) const { return std::lower_bound(rows_.begin(), rows_.end(), output) - rows_.begin(); }
@@ -186,12 +185,22 @@ class OutputMeter {
     return product;
   }
 
-  Vector Samples(const std::vector<Index>& outputs, const CurvePiece& piece) const {
-    Vector product = Vector::Ones(kSamples);
-    for (const Index output : outputs) {
-      product.array() *= (sample_values_ * piece.z.row(RowOf(output)).transpose()).array();
+  LegendreSeries FactorsOf(const std::vector<Index>& outputs, const CurvePiece& piece) const {
+    LegendreSeries factors(static_cast<Index>(outputs.size()), kLegendreSize);
+    for (Index k = 0; k < factors.rows(); ++k) {
+      factors.row(k) = piece.z.row(RowOf(outputs[static_cast<std::size_t>(k)]));
     }
-    return product;
+    return factors;
+  }
+
+  // Both ends of the piece, and places between them that cut it into parts on which the quantity is monotone
+  // or lies below or above `range`.
+  std::vector<Place> PlacesOf(const std::vector<Index>& outputs, const CurvePiece& piece, ValueRange range = {}) const {
+    std::vector<Place> places;
+    for (const double s : MonotoneParts(FactorsOf(outputs, piece), range)) {
+      places.push_back({&piece, s, ValueIn(outputs, piece, s)});
+    }
+    return places;
   }
 
   // The first piece that ends after `time`, or the last.
@@ -250,22 +259,13 @@ class OutputMeter {
     Extreme largest{-HUGE_VAL, begin};
     for (auto piece = PieceAt(begin); piece != curves_.end() && piece->begin < end; ++piece) {
       LookForStop();
-      const double from = std::max(-1.0, piece->s_of(begin)), to = std::min(1.0, piece->s_of(end));
-      const auto place = [&](Index i) { return from + (to - from) * (1 + sample_places_[i]) / 2; };
-      const auto value_at = [&](double s) { return sign * ValueIn(outputs, *piece, s); };
-      Index best = 0;
-      double value = -HUGE_VAL;
-      for (Index i = 0; i < kSamples; ++i) {
-        const double at = value_at(place(i));
-        if (at > value) std::tie(value, best) = std::pair(at, i);
+      const double from = std::clamp(piece->s_of(begin), -1.0, 1.0), to = std::clamp(piece->s_of(end), from, 1.0);
+      const ValueRange larger = sign > 0 ? ValueRange{.low = largest.value} : ValueRange{.high = -largest.value};
+      for (const double place : MonotoneParts(FactorsOf(outputs, *piece), larger)) {
+        const double s = std::clamp(place, from, to);
+        const double value = sign * ValueIn(outputs, *piece, s);
+        if (value > largest.value) largest = {value, piece->t_of(s)};
       }
-      double s = place(best);
-      if (best > 0 && best < kSamples - 1) {
-        const auto [refined, least] = boost::math::tools::brent_find_minima([&](double at) { return -value_at(at); },
-                                                                            place(best - 1), place(best + 1), 40);
-        if (-least > value) std::tie(value, s) = std::pair(-least, refined);
-      }
-      if (value > largest.value) largest = {value, piece->t_of(s)};
     }
     return largest;
   }
@@ -286,56 +286,58 @@ class OutputMeter {
     const char* direction = instant.direction == CrossingDirection::kRising    ? " upwards"
                             : instant.direction == CrossingDirection::kFalling ? " downwards"
                                                                                : "";
-    const std::string from = instant.after > 0 ? " from t = " + FormatNumber(instant.after) + " on" : "";
-    return None(NameOf(instant.outputs) + " crosses " + FormatNumber(instant.level) + direction + from +
+    const std::string from = instant.after > 0 ? " from t = " + NumberText(instant.after) + " on" : "";
+    return None(NameOf(instant.outputs) + " crosses " + NumberText(instant.level) + direction + from +
                 (count == 0 ? " at no time" : ", but only " + std::to_string(count) + " times") +
                 (ends_early_ ? " up to the end of the trajectory at t = " + FormatNumber(reached_) : "") + ".");
   }
 
-  // The first crossings in the direction of `instant`, as many as it needs.
+  // The first crossings in the direction of `instant`, as many as it needs. Between two places the quantity is monotone
+  // or on one side of the level, so the sides of the places show every crossing.
   std::vector<double> Crossings(const MeasurementInstant& instant) const {
     constexpr double kOnTheLevel = 1e-12;
     double size = std::abs(instant.level);
-    for (const CurvePiece& piece : curves_)
-      size = std::max(size, Samples(instant.outputs, piece).cwiseAbs().maxCoeff());
-    const double band = kOnTheLevel * size;  // rounding is no crossing
-    std::vector<double> times;
-    int side = 0;               // of the last sample outside of the band
-    std::vector<Sample> since;  // the samples from that one on
+    std::vector<Place> places;
     for (const CurvePiece& piece : curves_) {
       LookForStop();
-      const Vector samples = Samples(instant.outputs, piece);
-      for (Index i = 0; i < kSamples; ++i) {
-        const double above = samples[i] - instant.level;
-        since.push_back({&piece, sample_places_[i], above});
-        if (std::abs(above) <= band) continue;
-        const int now = above > 0 ? 1 : -1;
-        const bool counts = instant.direction == CrossingDirection::kEither ||
-                            now == (instant.direction == CrossingDirection::kRising ? 1 : -1);
-        if (side != 0 && now != side && counts) {
-          const double time = CrossingIn(since, now, instant);
-          if (time >= instant.after) times.push_back(time);
-          if (static_cast<int>(times.size()) == instant.number) return times;
-        }
-        side = now;
-        since.assign(1, since.back());
+      for (const Place& place : PlacesOf(instant.outputs, piece, {instant.level, instant.level})) {
+        size = std::max(size, std::abs(place.value));
+        places.push_back(place);
       }
+    }
+    const double band = kOnTheLevel * size;  // rounding is no crossing
+    std::vector<double> times;
+    int side = 0;             // of the last place outside of the band
+    std::size_t outside = 0;  // that place
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const double above = places[k].value - instant.level;
+      if (std::abs(above) <= band) continue;
+      const int now = above > 0 ? 1 : -1;
+      const bool counts = instant.direction == CrossingDirection::kEither ||
+                          now == (instant.direction == CrossingDirection::kRising ? 1 : -1);
+      if (side != 0 && now != side && counts) {
+        std::size_t reached = outside + 1;
+        while (now * (places[reached].value - instant.level) < 0) ++reached;
+        const double time = TimeOfSide(instant.outputs, instant.level, now, places[reached - 1], places[reached]);
+        if (time >= instant.after) times.push_back(time);
+        if (static_cast<int>(times.size()) == instant.number) return times;
+      }
+      side = now;
+      outside = k;
     }
     return times;
   }
 
-  // The time when the quantity first reaches the side `now` of the level. The last of `samples` is on that side.
-  double CrossingIn(const std::vector<Sample>& samples, int now, const MeasurementInstant& instant) const {
-    std::size_t k = 1;
-    while (k + 1 < samples.size() && now * samples[k].value < 0) ++k;
-    const Sample& before = samples[k - 1];
-    const Sample& after = samples[k];
+  // The time when the quantity first reaches the side `now` of the level: not at the place `before`, but at the next
+  // one, `after`.
+  double TimeOfSide(const std::vector<Index>& outputs, double level, int now, const Place& before,
+                    const Place& after) const {
     if (before.piece != after.piece) return after.piece->begin;  // a jump
     double from = before.s, to = after.s;
     for (int i = 0; i < 60; ++i) {
       const double middle = (from + to) / 2;
       if (middle == from || middle == to) break;
-      (now * (ValueIn(instant.outputs, *after.piece, middle) - instant.level) < 0 ? from : to) = middle;
+      (now * (ValueIn(outputs, *after.piece, middle) - level) < 0 ? from : to) = middle;
     }
     return after.piece->t_of(to);
   }
@@ -345,8 +347,6 @@ class OutputMeter {
   std::vector<CurvePiece> curves_;
   double reached_ = 0;
   bool ends_early_ = false;
-  Vector sample_places_;
-  LegendreRows sample_values_;  // of P_0 ... P_K at these places
 };
 
 // Formulas, of the results before them.

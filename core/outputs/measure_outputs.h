@@ -14,12 +14,13 @@ namespace dlcs {
 bool HasMeasurements(const Problem& problem);
 
 // Sets measurements and reached_limits of `solution`, a solution of the valid `problem`. From its pieces integrals are
-// exact up to rounding, and crossings, minima and maxima are found by 65 samples on each piece and then to rounding
-// accuracy: two crossings of one piece between two samples are missed. A level is crossed where the quantity passes
-// from one side to the other; the passage may be a jump, and may rest on the level. What does not occur, or lies beyond
-// the end of the solution, has a reason in place of a value. Without pieces the times of the trajectory must be all
-// nodes (`has_all_nodes`); between output times alone nothing is measured. Cost: some microseconds for each output and
-// piece.
+// exact up to rounding, and all crossings, minima and maxima of its polynomials are found, up to 1e-12 of the largest
+// size of the quantity. An h(t) that is no polynomial is known at the 13 nodes of each part of a piece
+// (core/outputs/output_curves.h): what it does between two of them alone is missed. A level is crossed where the
+// quantity passes from one side to the other; the passage may be a jump, and may rest on the level. What does not
+// occur, or lies beyond the end of the solution, has a reason in place of a value. Without pieces the times of the
+// trajectory must be all nodes (`has_all_nodes`); between output times alone nothing is measured. Cost: some
+// microseconds for each output and piece.
 absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution& solution);
 
 }  // namespace dlcs

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/format_number.h"
 #include "core/outputs/output_evaluator.h"
 #include "core/problem/verdict.h"
 #include "core/solve.h"
@@ -130,6 +131,80 @@ TEST(MeasureOutputsTest, CrossingsAreCountedByDirection) {
   EXPECT_EQ(results[9].reason, "step crosses 0 downwards at no time.");
   // y rests on 0, and never comes from below.
   EXPECT_FALSE(results[10].value.has_value()) << *results[10].value;
+}
+
+// x(0) = start, x' = slope, on [0, 20], with the output a = x.
+Problem Curve(const std::string& slope, double start) {
+  Problem problem;
+  problem.A = problem.B = problem.N = Matrix::Zero(1, 1);
+  problem.M = Matrix::Identity(1, 1);
+  problem.f = TimeFunction::Formulas({slope});
+  problem.g = TimeFunction::Formulas({"1"});
+  problem.x0 = Vector::Constant(1, start);
+  problem.horizon = 20;
+  problem.outputs.names = {"a"};
+  problem.outputs.C = Matrix::Identity(1, 1);
+  problem.outputs.D = Matrix::Zero(1, 1);
+  problem.outputs.h = TimeFunction::Zero(1);
+  return problem;
+}
+
+// -(t - 1.03)² is a polynomial on the whole interval; sin t is above 0.99999 for 0.009.
+TEST(MeasureOutputsTest, FindsCrossingsHoweverCloseTogether) {
+  using enum CrossingDirection;
+  for (const double distance : {1e-2, 1e-3, 1e-4}) {
+    const auto results = Measured(
+        Curve("-2*(t-1.03)", -1.03 * 1.03),
+        {When(Crossing(0, -distance * distance, kRising, 1)), When(Crossing(0, -distance * distance, kFalling, 1)),
+         When(Crossing(0, -distance * distance, kEither, MeasurementInstant::kLast))},
+        Tight());
+    ASSERT_TRUE(results[0].value && results[1].value) << results[0].reason << results[1].reason;
+    EXPECT_NEAR(*results[0].value, 1.03 - distance, 1e-12 / distance);
+    EXPECT_NEAR(*results[1].value, 1.03 + distance, 1e-12 / distance);
+    EXPECT_EQ(*results[2].value, *results[1].value);
+  }
+  for (const double level : {0.999, 0.9999, 0.99999, 0.999999, 0.9999999}) {
+    const auto results = Measured(Curve("cos(t)", 0),
+                                  {When(Crossing(0, level, kRising, 1)), When(Crossing(0, level, kFalling, 3)),
+                                   When(Crossing(0, level, kEither, 7))},
+                                  Tight());
+    ASSERT_TRUE(results[0].value && results[1].value) << results[0].reason << results[1].reason;
+    EXPECT_NEAR(*results[0].value, std::asin(level), 1e-7);
+    EXPECT_NEAR(*results[1].value, 5 * pi - std::asin(level), 1e-7);
+    EXPECT_EQ(results[2].reason, "a crosses " + NumberText(level) + ", but only 6 times.");
+  }
+}
+
+// (t - 5)(t - 5.001) is below -2.4e-7 for 2e-4.
+TEST(MeasureOutputsTest, FindsCrossingsOfProducts) {
+  Problem problem = Curve("1", -5);
+  problem.outputs.names = {"a", "b"};
+  problem.outputs.C = Matrix::Ones(2, 1);
+  problem.outputs.D = Matrix::Zero(2, 1);
+  problem.outputs.h = TimeFunction::Formulas({"0", "-1e-3"});
+  MeasurementInstant crossing = Crossing(0, -2.4e-7, CrossingDirection::kFalling, 1);
+  crossing.outputs = {0, 1};
+  const auto results = Measured(problem, {When(crossing), OverTime(MeasurementKind::kMinimum, {0, 1}, 0)}, Tight());
+  ASSERT_TRUE(results[0].value) << results[0].reason;
+  EXPECT_NEAR(*results[0].value, 5 + 4e-4, 1e-6);
+  EXPECT_NEAR(*results[1].value, -0.25e-6, 1e-11);
+  EXPECT_NEAR(*results[1].time, 5 + 5e-4, 1e-9);
+}
+
+TEST(MeasureOutputsTest, AReasonNamesTheLevelInFull) {
+  EXPECT_EQ(
+      Measured(Curve("cos(t)", 0), {When(Crossing(0, 1.0000001, CrossingDirection::kRising, 1))}, Tight())[0].reason,
+      "a crosses 1.0000001 upwards at no time.");
+}
+
+// The top of 1 - (t - 1.03)² is above 1 - 1e-6 for 0.002.
+TEST(MeasureOutputsTest, ALimitIsReachedAtItsTime) {
+  Problem problem = Curve("-2*(t-1.03)", 1 - 1.03 * 1.03);
+  problem.horizon = 2;
+  problem.outputs.limits = {{0, (1 - 1e-6) / kReachedLimit}};
+  const Solution solution = testing::SolveToEnd(problem, Tight());
+  ASSERT_EQ(solution.reached_limits.size(), 1);
+  EXPECT_THAT(solution.reached_limits[0], HasSubstr(" at t = 1.029:"));
 }
 
 TEST(MeasureOutputsTest, ValuesAndDelays) {
