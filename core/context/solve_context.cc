@@ -29,6 +29,7 @@ void SolveContext::Add(const Segment& segment, const Scheme& scheme) {
     certificate.Add(segment, w, scheme, begin, end);
     recorder.Add(segment, w, begin, end);
     NoteImpulses(segment, begin, end);
+    if (limit_watch) limit_watch->Add(grid, segment, begin, end, solution.reached_limits);
     begin = end;
   } while (begin < segment.steps);
 }

@@ -12,6 +12,7 @@
 
 #include "core/context/certificate.h"
 #include "core/context/checkpointing.h"
+#include "core/context/limit_watch.h"
 #include "core/context/recorder.h"
 #include "core/discretization/grid.h"
 #include "core/discretization/sources.h"
@@ -79,6 +80,9 @@ struct SolveContext {
   // Constraints of relative degree two and more, and the first time at which y of one of them is positive.
   std::vector<Index> impulsive_rows = {};
   std::optional<double> first_impulse = {};
+
+  // Of a problem with limits of outputs.
+  std::optional<LimitWatch> limit_watch = {};
 
   // Set where `problem` holds the rows of this process alone, of a system that is distributed over the processes of
   // `team`; then with the most states and pairs of one of them, so that all take as many steps at once.

@@ -74,6 +74,11 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .two_stages = task.plan.method.two_stages,
                        .checkpointing = Checkpointing(resume, task.leaves_checkpoints),
                        .impulsive_rows = task.plan.method.impulsive_rows};
+  if (!task.problem.outputs.limits.empty()) {
+    auto watch = LimitWatch::Create(task.problem);
+    if (!watch.ok()) return watch.status();
+    context.limit_watch.emplace(*std::move(watch));
+  }
   solution.cost.seconds_setup = context.Seconds();
   if (RunMethod(task.plan.method, context)) {
     solution.termination = Termination::kReachedEnd;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/context/limit_watch.h"
 #include "core/format_number.h"
 #include "core/outputs/monotone_parts.h"
 #include "core/outputs/output_curves.h"
@@ -73,6 +74,7 @@ class OutputMeter {
   OutputMeter(const Problem& problem, const Solution& solution, std::vector<Index> rows, std::vector<CurvePiece> curves)
       : problem_(problem), rows_(std::move(rows)), curves_(std::move(curves)) {
     reached_ = curves_.empty() ? 0 : curves_.back().end;
+    has_polynomials_ = !solution.pieces.empty();
     ends_early_ = solution.termination != Termination::kReachedEnd;
   }
 
@@ -127,8 +129,8 @@ class OutputMeter {
     }
   }
 
-  // The first time at which |z| of the output reaches the limit.
-  std::string Compare(const OutputLimit& limit) const {
+  // Adds to `reached` when |z| of the output first reaches the limit: when the polynomials do, or between which times.
+  void Compare(const OutputLimit& limit, std::vector<std::string>& reached) const {
     const double level = kReachedLimit * limit.value;
     const std::vector<Index> outputs = {limit.output};
     for (const CurvePiece& piece : curves_) {
@@ -136,15 +138,14 @@ class OutputMeter {
       if (piece.z.row(RowOf(limit.output)).cwiseAbs().sum() < level) continue;  // since no P_k exceeds 1
       const std::vector<Place> places = PlacesOf(outputs, piece);
       for (std::size_t k = 0; k < places.size(); ++k) {
-        if (std::abs(places[k].value) < level) continue;  // not where it overflows
+        if (!ReachesLimit(places[k].value, limit)) continue;
+        if (k == 0) return NoteReachedLimit(problem_, limit, piece.begin, piece.begin, reached);
+        if (!has_polynomials_) return NoteReachedLimit(problem_, limit, piece.begin, piece.end, reached);
         const int side = places[k].value < 0 ? -1 : 1;
-        const double time = k == 0 ? piece.begin : TimeOfSide(outputs, side * level, side, places[k - 1], places[k]);
-        return problem_.outputs.names[static_cast<std::size_t>(limit.output)] + " reaches its limit " +
-               NumberText(limit.value) + " at t = " + FormatNumber(time) +
-               ": from there on the result is not that of the model.";
+        const double time = TimeOfSide(outputs, side * level, side, places[k - 1], places[k]);
+        return NoteReachedLimit(problem_, limit, time, time, reached);
       }
     }
-    return "";
   }
 
  private:
@@ -347,6 +348,7 @@ class OutputMeter {
   std::vector<CurvePiece> curves_;
   double reached_ = 0;
   bool ends_early_ = false;
+  bool has_polynomials_ = false;
 };
 
 // Formulas, of the results before them.
@@ -385,8 +387,7 @@ absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution
       if (!curves.ok()) return curves.status();
       const OutputMeter meter(problem, solution, std::move(outputs), *std::move(curves));
       for (const OutputLimit* limit : batch.limits) {
-        std::string reached = meter.Compare(*limit);
-        if (!reached.empty()) solution.reached_limits.push_back(std::move(reached));
+        meter.Compare(*limit, solution.reached_limits);
       }
       for (const std::size_t k : batch.measurements) {
         if (solution.pieces.empty() && !has_all_nodes) {

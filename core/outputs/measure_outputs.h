@@ -19,7 +19,8 @@ bool HasMeasurements(const Problem& problem);
 // (core/outputs/output_curves.h): what it does between two of them alone is missed. A level is crossed where the
 // quantity passes from one side to the other; the passage may be a jump, and may rest on the level. What does not
 // occur, or lies beyond the end of the solution, has a reason in place of a value. Without pieces the times of the
-// trajectory must be all nodes (`has_all_nodes`); between output times alone nothing is measured. Cost: some
+// trajectory must be all nodes (`has_all_nodes`); between output times alone nothing is measured.
+// Limits are then compared at these times, after the solve did so at its nodes (core/context/limit_watch.h). Cost: some
 // microseconds for each output and piece.
 absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution& solution);
 

@@ -207,6 +207,69 @@ TEST(MeasureOutputsTest, ALimitIsReachedAtItsTime) {
   EXPECT_THAT(solution.reached_limits[0], HasSubstr(" at t = 1.029:"));
 }
 
+// x rises to 1 - 1/e by 0.501 and decays again, at the rate 1000.
+TEST(MeasureOutputsTest, ALimitIsReachedBetweenNodesOfTheSolve) {
+  Problem problem = Curve("1000*((t>0.5)-(t>0.501))", 0);
+  problem.A = Matrix::Constant(1, 1, -1000);
+  problem.horizon = 1;
+  problem.outputs.limits = {{0, 0.5}};
+  Options options;
+  options.method = Method::kExponentialIntegrator;
+  options.output_times = {0.1, 1};
+  options.output_times_only = true;
+  options.num_steps = 7;
+  const Solution few = testing::SolveToEnd(problem, options);
+  ASSERT_EQ(few.reached_limits.size(), 1);
+  EXPECT_EQ(few.times.size(), 2);
+  EXPECT_THAT(few.reached_limits[0], HasSubstr("a reaches its limit 0.5 between t = 0.5 and t = 0.501:"));
+  // Nodes between 0.5 and 0.501, the first behind 0.500693.
+  options.num_steps = 10000;
+  const Solution many = testing::SolveToEnd(problem, options);
+  ASSERT_EQ(many.reached_limits.size(), 1);
+  EXPECT_THAT(many.reached_limits[0], HasSubstr(" between t = 0.5006 and t = 0.5007:"));
+  options.output_times = {0.1, 0.501, 1};
+  EXPECT_EQ(testing::SolveToEnd(problem, options).reached_limits, many.reached_limits);
+  problem.outputs.limits = {{0, 0.65}};
+  EXPECT_TRUE(testing::SolveToEnd(problem, options).reached_limits.empty());
+}
+
+// Keeps the first checkpoint behind 0.6.
+class LateCheckpoint : public Observer {
+ public:
+  bool WantsCheckpoint() override { return point_.state.empty(); }
+  void OnCheckpoint(const Checkpoint& checkpoint) override {
+    const Solution& solution = checkpoint.solution;
+    const Index columns = checkpoint.first + checkpoint.count;
+    point_ = {checkpoint.time < 0.6 ? "" : checkpoint.state, solution.x.leftCols(columns), solution.y.leftCols(columns),
+              solution.w.leftCols(columns)};
+  }
+  const ResumePoint& point() const { return point_; }
+
+ private:
+  ResumePoint point_;
+};
+
+TEST(MeasureOutputsTest, AResumedSolveKnowsTheLimitsReachedBefore) {
+  Problem problem = Curve("1000*((t>0.5)-(t>0.501))", 0);
+  problem.A = Matrix::Constant(1, 1, -1000);
+  problem.horizon = 1;
+  problem.outputs.limits = {{0, 0.5}};
+  Options options;
+  options.method = Method::kTimeStepping;
+  options.num_steps = 10000;
+  options.output_times = {0.1, 1};
+  options.output_times_only = true;
+  LateCheckpoint observer;
+  const auto whole = Solve(problem, options, observer, {});
+  ASSERT_TRUE(whole.ok()) << whole.status();
+  ASSERT_FALSE(observer.point().state.empty());
+  Observer none;
+  const auto resumed = Solve(problem, options, none, {}, nullptr, &observer.point());
+  ASSERT_TRUE(resumed.ok()) << resumed.status();
+  EXPECT_EQ(whole->reached_limits.size(), 1);
+  EXPECT_EQ(resumed->reached_limits, whole->reached_limits);
+}
+
 TEST(MeasureOutputsTest, ValuesAndDelays) {
   using enum CrossingDirection;
   Measurement value{.name = "", .kind = MeasurementKind::kValue, .outputs = {0}, .end = {}};
