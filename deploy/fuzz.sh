@@ -23,7 +23,7 @@ cmake --build --preset fuzz
 
 # A finding of any sanitizer ends the run. An input of some kilobytes may take 20 s at most, and no single allocation of
 # 256 MB.
-export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1:suppressions=$root/tests/fuzz/ubsan_suppressions.txt
 limits=(-max_len=4096 -timeout=20 -rss_limit_mb=2048 -malloc_limit_mb=256)
 
 fuzz() { # TARGET RUNS FOLDER...

@@ -12,7 +12,7 @@ namespace dlcs {
 namespace {
 
 // Must be increased whenever the state that a method stores changes, or the bits of the results computed from it.
-constexpr Index kVersion = 4;
+constexpr Index kVersion = 3;
 
 // Identifies a solve, so that the state of another one is refused.
 std::vector<Index> Fingerprint(const SolveContext& context) {
@@ -60,7 +60,8 @@ void CarryContext(StateArchive& state, SolveContext& context) {
   Index recorded = context.recorder.recorded();
   bool has_steps = !context.certificate.empty();
   state(certificate, rows, has_steps, recorded, solution.cost, solution.jumps, solution.left_limits, solution.warnings,
-        solution.reached_limits, solution.dense_output, solution.kernel, context.first_impulse);
+        solution.dense_output, solution.kernel, context.first_impulse);
+  if (context.limit_watch) state(solution.reached_limits);
   if (!state.reads()) return;
   if (has_steps) context.certificate.ResumeFrom(certificate, rows);
   context.recorder.ResumeFrom(recorded);

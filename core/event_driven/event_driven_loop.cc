@@ -53,11 +53,14 @@ bool EventDrivenLoop::Run() {
   // Both sides of a break point are known to rounding, which is all that makes g jump at a kink there.
   constexpr double kNoJumpAtBreak = 1e-14;
   bool may_jump = true;
-  for (const double end : ends) {
+  double before = 0;
+  for (std::size_t k = 0; k < ends.size(); ++k) {
+    const double end = ends[k];
     const bool starts = t_ == 0 || (may_jump && sampler_.GJumps(t_, kNoJumpAtBreak * context_.row_size));
     if (starts && !Start(t_)) return false;
     if (!Cross(end)) return false;
-    if (end < problem_.horizon) CountTimeOfJump(end);
+    if (end < problem_.horizon) CountTimeOfJump(end, std::min(end - before, ends[k + 1] - end));
+    before = end;
     may_jump = std::binary_search(breaks.begin(), breaks.end(), end);
     if (may_jump || end == problem_.horizon) Record(output_.EndInterval(end, x_, y_, w_));
   }
@@ -65,13 +68,17 @@ bool EventDrivenLoop::Run() {
   return true;
 }
 
-// A time is known to rounding, within which a jump of f moves the state: much, where f is a pulse of a few ulps of t.
-void EventDrivenLoop::CountTimeOfJump(double time) {
+// Times are known to rounding, within which a jump of f moves the state. That is much where f is a pulse: where the
+// next break point is so near that rounding is a part of the time between them.
+void EventDrivenLoop::CountTimeOfJump(double time, double nearest) {
+  constexpr double kPart = 1e-12;
+  const double rounding = std::numeric_limits<double>::epsilon() * time;
+  if (rounding < kPart * nearest) return;
   Vector before(problem_.num_states()), after(problem_.num_states());
   sampler_.F(time, Side::kLeft, before);
   sampler_.F(time, Side::kRight, after);
   const Vector jump = (after - before).cwiseAbs();
-  if (jump.allFinite()) errors_.AddMissed(std::numeric_limits<double>::epsilon() * time * jump);
+  if (jump.allFinite()) errors_.AddMissed(rounding * jump);
 }
 
 DataSizes EventDrivenLoop::SizesSoFar() const {

@@ -46,17 +46,16 @@ Dip MissedDip(const SmoothStep& step, Index guard, double error, double s_end) {
 
 // Where y_i drives w_i down, at the given rate in the time of s, another solution with y_i > 0 may begin where w_i is
 // zero to rounding, and rounding decides between the two. There p = -M_ii y_i obeys p' = w_i' + rate p. Follows p from
-// `noise` below w_i at the begin of the step on. Returns how far below zero p is after many of its times; 0 where it
-// returned to zero before, or w_i is not zero at the begin.
+// `noise` below w_i at the begin of the step on, until rounding has grown to the size of numbers. Returns how far below
+// zero p is then; 0 where it returned to zero before, or the step ended.
 double FollowRepelled(const LegendreVector& w, double rate, double noise, double s_end) {
   constexpr double kStep = 0.1;  // of the time 1/rate
-  constexpr int kSteps = 800;
+  constexpr int kSteps = 400;
+  if (kSteps * kStep > rate * (1 + s_end)) return 0;
   const double growth = std::exp(kStep), of_change = std::expm1(kStep) / kStep;
   double before = w.dot(LegendreValues(-1)), p = before - noise;
   for (int k = 1; k <= kSteps && p < 0; ++k) {
-    const double s = -1 + k * kStep / rate;
-    if (s > s_end) break;
-    const double value = w.dot(LegendreValues(s));
+    const double value = w.dot(LegendreValues(-1 + k * kStep / rate));
     p = growth * p + of_change * (value - before);
     before = value;
   }

@@ -228,7 +228,8 @@ TEST(FormulaJumpsTest, WarnsOfWhatCouldNotBeToldApart) {
 TEST(FormulaJumpsTest, TheRoundingOfSwitchingTimesCounts) {
   for (const auto& [f, horizon, area] : {std::tuple{"(abs(t-1000)<1e-10)*1e10", 2000.0, 2.0},
                                          {"(abs(t-0.75)<1e-12)*1e12", 1.0, 2.0},
-                                         {"(abs(t-0.75)<1e-3)*1e3", 1.0, 2.0}}) {
+                                         {"(abs(t-0.75)<1e-6)*1e6", 1.0, 2.0},
+                                         {"(abs(t-0.75)<0.125)*8", 1.0, 2.0}}) {
     Problem problem = Scalar(f, horizon);
     problem.A = One(0);
     const Solution solution = SolveToEnd(problem, {});
