@@ -48,9 +48,6 @@ auto SizesOf(const Eigen::MatrixBase<Derived>& matrix) {
   return matrix.unaryExpr([](const std::complex<double>& z) { return SizeOf(z); });
 }
 
-// An upper bound of |series| on the step.
-Vector SizeOfRows(const LegendreSeries& series) { return series.cwiseAbs().rowwise().sum(); }
-
 // Subtracts the multiples `layers` of P_K - P_{K-1}.
 template <typename Layers, typename Series>
 void Subtract(const Layers& layers, Series& series) {

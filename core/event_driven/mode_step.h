@@ -13,6 +13,9 @@
 
 namespace dlcs {
 
+// An upper bound of |series| on a step, for each row.
+inline Vector SizeOfRows(const LegendreSeries& series) { return series.cwiseAbs().rowwise().sum(); }
+
 // Steps of one length in one mode. On [t, t + length] x is the polynomial of degree K that satisfies E x' = F x + b
 // (core/event_driven/mode.h) at the K right Radau points (the zeros of P_K - P_{K-1}).
 //

@@ -37,9 +37,6 @@ Vector Size(const LinearOutput& output, const Vector& x, const Vector& slope, co
   return size;
 }
 
-// An upper bound of |series| on the step.
-Vector SizeOf(const LegendreSeries& series) { return series.cwiseAbs().rowwise().sum(); }
-
 // What errors of f and g are in the equations of the mode.
 Vector InRows(const Mode& mode, const Vector& f, const Vector& g) {
   Vector rows = mode.is_explicit() ? f : AbsTimes(mode.E, f);
@@ -122,8 +119,8 @@ class StepErrors {
         magnitudes_(magnitudes),
         solution_(solution),
         step_(step),
-        x_size_(SizeOf(step.x)),
-        slope_size_(mode.is_explicit() ? Vector() : SizeOf(solution.slope)) {}
+        x_size_(SizeOfRows(step.x)),
+        slope_size_(mode.is_explicit() ? Vector() : SizeOfRows(solution.slope)) {}
 
   // `size_of_source` bounds the source of each equation, and its rounding.
   void OfRows(const Vector& size_of_source);
@@ -251,7 +248,7 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   errors.OfStates();
   Vector lift = 2 * mode.guard.state * solution.layer;
   errors.OfGuards(lift);
-  const Vector guard_size = SizeOf(step.guard);
+  const Vector guard_size = SizeOfRows(step.guard);
   const Allowed allowed = AllowedErrors(mode, step, {errors.x_size(), guard_size}, {step.x_noise, step.guard_noise},
                                         magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
@@ -272,7 +269,7 @@ double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, cons
   const StatesAndGuards size{RowMaxAbs(Matrix(step.x.lazyProduct(at))), RowMaxAbs(Matrix(step.guard.lazyProduct(at)))};
   // Behind s they may grow, and their rounding with them.
   const auto before = [](const Vector& noise, const Vector& part, const LegendreSeries& series) {
-    const Vector whole = SizeOf(series);
+    const Vector whole = SizeOfRows(series);
     return Vector((part.array() < whole.array()).select(noise.cwiseProduct(part).cwiseQuotient(whole), noise));
   };
   const StatesAndGuards noise{before(step.x_noise, size.x.cwiseMax(magnitudes.x), step.x),
