@@ -207,12 +207,17 @@ TEST(MeasureOutputsTest, ALimitIsReachedAtItsTime) {
   EXPECT_THAT(solution.reached_limits[0], HasSubstr(" at t = 1.029:"));
 }
 
-// x rises to 1 - 1/e by 0.501 and decays again, at the rate 1000.
-TEST(MeasureOutputsTest, ALimitIsReachedBetweenNodesOfTheSolve) {
+// x rises to 1 - 1/e by 0.501 and decays again, at the rate 1000; its limit is 0.5.
+Problem ShortPulse() {
   Problem problem = Curve("1000*((t>0.5)-(t>0.501))", 0);
   problem.A = Matrix::Constant(1, 1, -1000);
   problem.horizon = 1;
   problem.outputs.limits = {{0, 0.5}};
+  return problem;
+}
+
+TEST(MeasureOutputsTest, ALimitIsReachedBetweenNodesOfTheSolve) {
+  Problem problem = ShortPulse();
   Options options;
   options.method = Method::kExponentialIntegrator;
   options.output_times = {0.1, 1};
@@ -250,10 +255,7 @@ class LateCheckpoint : public Observer {
 };
 
 TEST(MeasureOutputsTest, AResumedSolveKnowsTheLimitsReachedBefore) {
-  Problem problem = Curve("1000*((t>0.5)-(t>0.501))", 0);
-  problem.A = Matrix::Constant(1, 1, -1000);
-  problem.horizon = 1;
-  problem.outputs.limits = {{0, 0.5}};
+  const Problem problem = ShortPulse();
   Options options;
   options.method = Method::kTimeStepping;
   options.num_steps = 10000;
