@@ -382,7 +382,7 @@ class MpiJobsTest(unittest.TestCase):
         problem["g"] = problem["N"]["rows"] * ["0.1 - 0.5*(t >= 0.2) + 0.5*(t >= 0.8)"]
         with open(path("jumps.json"), "w", encoding="utf-8") as file:
             json.dump(problem, file)
-        options = [*STEPS, "--steps", "1000", "--at", "0,0.2,0.5,0.8,1"]
+        options = [*STEPS, "--steps", "8000", "--at", "0,0.2,0.5,0.8,1"]
         name = self.server.submit(path("jumps.json"), *options)
         os.kill(self.server.ranks_at_work(name, progress=0.25)[1], signal.SIGKILL)
         self.assertEqual(self.server.end(name)["state"], "JOB_STATE_SUCCEEDED")
@@ -394,7 +394,7 @@ class MpiJobsTest(unittest.TestCase):
 
     def test_windows_resume_too(self):
         options = ["--method", "laplace-iteration", "--propagator", "contour", "--no-estimate-error", "--window", "20"]
-        options += ["--steps", "2000", "--at", "0:0.1:1"]
+        options += ["--steps", "10000", "--at", "0:0.1:1"]
         name = self.server.submit(wall(8), *options)
         os.kill(self.server.ranks_at_work(name)[0], signal.SIGKILL)
         self.assertEqual(self.server.end(name)["state"], "JOB_STATE_SUCCEEDED")
