@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/event_driven/rounded_data.h"
 
+#include <cmath>
 #include <limits>
 
 #include "core/event_driven/error_growth.h"
@@ -27,6 +28,21 @@ class Rounding {
     Round(sparse);
     matrix = sparse;
   }
+  // Raises diagonal entries only: semidefinite, copositive, P- and Z-matrices keep their class.
+  void RaiseDiagonal(StructuredMatrix& matrix) const {
+    if (matrix.is_dense()) {
+      Matrix& dense = matrix.MutableDense();
+      dense.diagonal() += change_ * dense.diagonal().cwiseAbs();
+    } else if (matrix.sparse() != nullptr) {
+      SparseMatrix sparse = *matrix.sparse();
+      for (Index j = 0; j < sparse.outerSize(); ++j) {
+        for (SparseMatrix::InnerIterator entry(sparse, j); entry; ++entry) {
+          if (entry.row() == entry.col()) entry.valueRef() += change_ * std::abs(entry.value());
+        }
+      }
+      matrix = sparse;
+    }
+  }
   void Round(TimeFunction& function, Index size) {
     if (function.is_lifted()) return Round(function.lift);
     SparseMatrix factors(size, size);
@@ -49,7 +65,11 @@ Problem WithRoundedData(const Problem& problem, double ulps, bool changes_M, uns
   rounding.Round(rounded.A);
   rounding.Round(rounded.B);
   rounding.Round(rounded.N);
-  if (changes_M) rounding.Round(rounded.M);
+  if (changes_M) {
+    rounding.Round(rounded.M);
+  } else {
+    rounding.RaiseDiagonal(rounded.M);
+  }
   rounded.x0.array() *= rounding.Factors(rounded.x0.size()).array();
   rounding.Round(rounded.f, rounded.num_states());
   rounding.Round(rounded.g, rounded.num_constraints());

@@ -9,8 +9,9 @@
 namespace dlcs {
 
 // `problem` with every nonzero entry of A, B, N and x0, and each component of f and g as a whole, multiplied by 1 +
-// ulps ε or 1 - ulps ε, with pseudo-random signs that depend on `seed`. Entries of M are changed only with `changes_M`,
-// since a singular M would lose its class. Kronecker sums are not changed.
+// ulps ε or 1 - ulps ε, with pseudo-random signs that depend on `seed`. A singular M would lose its class:
+// unless `changes_M`, only its diagonal is raised by ulps ε of its size. Steps solve LCPs with the rounded sum of M and
+// a multiple of N B, so this much is rounded also where M is exact. Kronecker sums are not changed.
 //
 // The solutions of both problems on the same grid differ by the effect of rounding, in the data and in the method. A
 // comparison of different steps does not show that.
