@@ -120,7 +120,7 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
                  .fits = {}}};
   // In a sparse A a state forgets in less time than its diagonal entry says, so this would be far too large.
   if (task.problem.A.is_dense()) {
-    system.at_switches = [&task, y_counts](const Solution& solution) {
+    system.trials.at_switches = [&task, y_counts](const Solution& solution) {
       return SwitchChanges(solution, task.problem, SizesOf(task.problem, solution, y_counts));
     };
   }

@@ -47,9 +47,9 @@ absl::StatusOr<Solution> SolveRounded(const TrialSolves& trials, const Grid& gri
 // grids that place it alike do not show that. If y jumps, x may be off by the jump of B y times the step h; if y has a
 // kink, B y is off by h/8 times the change of its slope at most. `other` has steps of h / `ratio`.
 void CountSwitches(const SystemSolves& system, double ratio, const Solution& other, ComponentErrors& errors) {
-  if (!system.at_switches) return;
+  if (!system.trials.at_switches) return;
   const bool only_kinks = system.expected_order > 1;
-  errors.RaiseTo(system.at_switches(other), only_kinks ? ratio * ratio / 8 : ratio);
+  errors.RaiseTo(system.trials.at_switches(other), only_kinks ? ratio * ratio / 8 : ratio);
 }
 
 // Estimates the error by solves with twice and four times the step. Returns false, with the reason in the accuracy, if

@@ -27,8 +27,6 @@ struct SystemSolves {
   double expected_order = 2;
   bool event_driven_serves = true;  // it may be recommended
   TrialSolves trials;
-  // Returns the changes of x within the steps that pairs switch in; see SwitchChanges(). Empty if that is not known.
-  std::function<ComponentErrors(const Solution&)> at_switches = {};
   // Returns the grid of the first trial for a grid of equal steps; empty if that is the same.
   std::function<Grid(const Grid&)> grade = {};
   // Of all trials together, if the error tolerance is the default one.

@@ -53,6 +53,11 @@ bool AgreesByChance(double difference, const Solution& fine, double tolerance) {
   return difference == 0 && seen.ode_defect * fine.step > tolerance * seen.x_scale;
 }
 
+// Whether the steps in which pairs switch change x by so much that agreeing on their place is no proof.
+bool MayPlaceSwitchesAlike(const TrialSolves& trials, const Solution& fine, double tolerance) {
+  return trials.at_switches && trials.at_switches(fine).largest() > tolerance;
+}
+
 // Whether the bounds of `control` leave a place for `grid`.
 bool IsAllowed(const StepControl& control, const TrialSolves& trials, const Grid& grid, Index steps_so_far) {
   const Index next = 2 * grid.num_steps();
@@ -87,6 +92,14 @@ class Trials {
     if (rounding_) errors += *rounding_;
     errors.MoveTo(accuracy);
     return absl::OkStatus();
+  }
+
+  // Raises the error of `fine` to what a solve with steps three times as long shows.
+  void CountCheck(const Solution& check, Solution& fine) const {
+    if (check.termination != Termination::kReachedEnd) return;
+    ComponentErrors errors = solves_.compare(check, fine);
+    errors *= kSafety / (std::pow(3, convergence_.order()) - 1);
+    if (!(errors.largest() <= fine.accuracy.error)) errors.MoveTo(fine.accuracy);
   }
 
   void Remember(Solution fine, const Grid& grid) {
@@ -164,11 +177,20 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, 
     } else {
       if (absl::Status status = so_far.Compare(result.solution); !status.ok()) return status;
       CountUnresolved(trials.unresolved(grid, result.solution), result.solution);
-      const double error = result.solution.accuracy.error;
+      double error = result.solution.accuracy.error;
       result.rounding = so_far.rounding();
       if (!convergence.empty()) result.order = convergence.order();
       result.reached = convergence.shows_order() && error <= control.tolerance &&
                        !AgreesByChance(convergence.last_difference(), result.solution, control.tolerance);
+      if (result.reached && MayPlaceSwitchesAlike(trials, result.solution, control.tolerance)) {
+        const Grid longer = WithOtherSteps(grid, 3, control.nodes_kept);
+        const absl::StatusOr<Solution> check = trials.solve(longer);
+        if (!check.ok()) return check.status();
+        steps_so_far += longer.num_steps();
+        so_far.CountCheck(*check, result.solution);
+        error = result.solution.accuracy.error;
+        result.reached = error <= control.tolerance;
+      }
       const double least_steps =
           static_cast<double>(grid.num_steps()) * std::pow(error / control.tolerance, 1 / control.expected_order);
       const bool hopeless =

@@ -68,6 +68,8 @@ struct TrialSolves {
   // Solves with the data changed by so many ulps; empty for problems without that test.
   std::function<absl::StatusOr<Solution>(const Grid&, double ulps)> solve_rounded = {};
   std::function<ComponentErrors(const Solution& coarse, const Solution& fine)> compare;
+  // Returns the changes of x within the steps that pairs switch in; see SwitchChanges(). Empty if that is not known.
+  std::function<ComponentErrors(const Solution&)> at_switches = {};
   // The part of f and g that a solve on the grid does not see; see UnresolvedSources().
   std::function<double(const Grid&, const Solution&)> unresolved = [](const Grid&, const Solution&) { return 0.0; };
   std::function<bool(const Grid&)> fits;  // whether a solve fits into the allowed memory
@@ -90,8 +92,13 @@ struct ControlledSolution {
 // the step are returned at once, as are Cancelled and errors. The trials end without success if the next one would have
 // more steps than `control` allows or would not fit into memory, if even a second-order method would need a hundred
 // times as many steps, or if rounding of the data moves the solution by more than the tolerance. The last is tested
-// once, at the first trial whose error is below 1e-3. Cost: twice that of the last trial. Memory: the trajectories of
-// two trials, of three during that test.
+// once, at the first trial whose error is below 1e-3.
+//
+// Grids with halved steps may place a switch alike and agree on a wrong answer. If that may matter (`at_switches`), a
+// solution that meets the tolerance is also compared with one of steps three times as long.
+//
+// Cost: twice that of the last trial, and a third of it for each such comparison. Memory: the trajectories of two
+// trials, of three during a test.
 absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, Grid grid, const TrialSolves& trials);
 
 }  // namespace dlcs

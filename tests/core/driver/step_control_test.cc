@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -100,6 +101,36 @@ ControlledSolution Control(MadeUpMethod& method, double tolerance, Index most_st
                     const Solution& fine) { return DifferencesBetween(coarse, fine, SizesOf(fine)); },
       .fits = {}};
   return SolveToTolerance(control, MakeGrid(1, {}, options), trials).value();
+}
+
+// x' jumps from 0 to 1 at a time shortly before 1/2, which the method moves to the next node.
+absl::StatusOr<Solution> SwitchAtNextNode(const Grid& grid) {
+  constexpr double kSwitch = 0.5 - 0.0015;
+  const double next = *std::lower_bound(grid.times.begin(), grid.times.end(), kSwitch);
+  Solution solution;
+  solution.termination = Termination::kReachedEnd;
+  for (const Index node : grid.output_nodes) solution.times.push_back(grid.times[node]);
+  const auto nodes = static_cast<Index>(solution.times.size());
+  solution.x.resize(1, nodes);
+  for (Index k = 0; k < nodes; ++k) solution.x(0, k) = std::max(0.0, solution.times[k] - next) + (kSwitch - 0.5);
+  solution.y = Matrix::Zero(1, nodes);
+  return solution;
+}
+
+// Grids of 64 to 512 steps all move the switch to 1/2.
+TEST(SolveToToleranceTest, HalvedStepsThatPlaceASwitchAlikeProveNothing) {
+  Options options;
+  options.num_steps = 64;
+  const StepControl control{.tolerance = 1e-4, .expected_order = 1, .most_steps = 1 << 20, .nodes_kept = 4096};
+  TrialSolves trials{.solve = SwitchAtNextNode,
+                     .compare = [](const Solution& coarse,
+                                   const Solution& fine) { return DifferencesBetween(coarse, fine, SizesOf(fine)); },
+                     .fits = {}};
+  trials.at_switches = [](const Solution&) { return Of(1); };
+  const ControlledSolution result = SolveToTolerance(control, MakeGrid(1, {}, options), trials).value();
+  EXPECT_TRUE(result.reached);
+  const double size = 0.5;
+  EXPECT_LE(std::abs(result.solution.x.rightCols(1)(0, 0) - 0.5) / size, control.tolerance);
 }
 
 double TrueError(const ControlledSolution& result) { return std::abs(result.solution.x.rightCols(1)(0, 0) - 1); }
