@@ -13,6 +13,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -37,7 +38,7 @@ constexpr const char* kServerHelp = "Run on the dlcsd at this address instead of
 
 void AddDeadline(CLI::App& app, double& deadline_s) {
   AddNumber(
-      app, "--deadline", "SECONDS", Positive(), [&deadline_s](double v) { deadline_s = v; },
+      app, "--deadline", "SECONDS", Seconds(), [&deadline_s](double v) { deadline_s = v; },
       fmt::format("Stop after this time ({})", deadline_s));
 }
 
@@ -286,6 +287,29 @@ std::optional<std::string> OptionOfValue(const CLI::App& current, const std::str
   return std::nullopt;
 }
 
+// The option of `current` that another command, or another program, has by the name `name`.
+std::optional<std::string> OptionMeantBy(const CLI::App& current, const std::string& name) {
+  static const std::multimap<std::string, std::string> kMeant = {
+      {"--deadline", "--within"}, {"--within", "--deadline"}, {"--rtol", "--tolerance"}, {"--atol", "--tolerance"},
+      {"--dt", "--step"},         {"--host", "--server"},     {"--address", "--server"}};
+  const auto [begin, end] = kMeant.equal_range(name);
+  for (auto meant = begin; meant != end; ++meant) {
+    if (current.get_option_no_throw(meant->second) != nullptr) return meant->second;
+  }
+  return std::nullopt;
+}
+
+// "dlcs solve takes PROBLEM alone"
+std::string WordsTaken(const CLI::App& current) {
+  std::vector<std::string> words;
+  for (const CLI::Option* option : current.get_options()) {
+    if (option->get_positional()) words.push_back(option->get_name(/*positional=*/true));
+  }
+  const std::string command = "dlcs " + current.get_name();
+  if (words.empty()) return command + " takes options alone";
+  return fmt::format("{} takes {}{}", command, fmt::join(words, " and "), words.size() == 1 ? " alone" : "");
+}
+
 bool IsFile(const std::string& word) {
   std::error_code ignored;
   return std::filesystem::is_regular_file(word, ignored);
@@ -299,7 +323,12 @@ std::string NotKnown(const CLI::App& app, const std::string& word) {
     return fmt::format("\"{}\" is a file, not a command; did you mean dlcs solve {}?", word, word);
   }
   auto meant = OptionOfValue(current, name);
+  if (!meant) meant = OptionMeantBy(current, name);
   if (!meant) meant = NearestName(name, KnownNames(current));
+  const bool is_word = word[0] != '-' && KnownCommands(current).empty();
+  if (is_word && (!meant || IsFile(word))) {
+    return fmt::format("\"{}\" is one word too many; {}", word, WordsTaken(current));
+  }
   return fmt::format("\"{}\" is not known here{}", name, DidYouMean(meant));
 }
 
@@ -425,6 +454,16 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
     return "missing command: solve, ensemble, analyze, lcp, dcp, model, netlist, plot, capabilities, health, context, "
            "workers, completion, man, or with jobs submit, watch, get, list, cancel, delete, result, upload or "
            "problems";
+  }
+  if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
+    return fmt::format("{}; give one of them", error.what());
+  }
+  if (const std::string what = error.what(); what.find(": At Most 1 required") != std::string::npos) {
+    return fmt::format("{} is there more than once; give it once", what.substr(0, what.find(':')));
+  } else if (const std::size_t at = what.find(": 1 required "); at != std::string::npos && what.ends_with(" missing")) {
+    const std::size_t begin = at + std::string_view(": 1 required ").size();
+    return fmt::format("{0} has no value; write {0} {1}", what.substr(0, at),
+                       what.substr(begin, what.size() - begin - std::string_view(" missing").size()));
   }
   return error.what();
 }

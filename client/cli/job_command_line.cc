@@ -136,7 +136,7 @@ void AddSubmit(CLI::App& main, SubmitCommand& command) {
       [&command](double v) { command.priority = static_cast<std::int32_t>(v); },
       "Order among your own jobs, higher first (0)");
   AddNumber(
-      app, "--within", "SECONDS", Positive(), [&command](double v) { command.within_s = v; },
+      app, "--within", "SECONDS", Seconds(), [&command](double v) { command.within_s = v; },
       "Deadline, from now: the job is refused if it cannot meet it, and stopped then");
   app.add_flag("--check", command.validate_only, "Validate the request and predict its cost; create no job");
   AddQuiet(app, command.quiet, "With --wait: show no progress");
@@ -150,7 +150,7 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
       app, "--after", "N", Whole("a whole number of at least 0", 0),
       [&command](double v) { command.after = static_cast<std::int64_t>(v); }, "Only events above this number (0)");
   AddNumber(
-      app, "--interval", "SECONDS", Positive(), [&command](double v) { command.interval_s = v; },
+      app, "--interval", "SECONDS", Seconds(), [&command](double v) { command.interval_s = v; },
       "Minimum time between two iterates");
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
   CLI::Option& quiet = *app.add_flag("-q,--quiet", command.quiet, "Print only the verdict, on standard error");

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cli/solve_options.h"
 
+#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,7 +19,7 @@
 
 namespace dlcs::client {
 void AddProblem(CLI::App& app, std::string& path) {
-  app.add_option("PROBLEM", path, "Problem file: JSON, .npz or .mat; - reads standard input")
+  app.add_option("PROBLEM", path, "Problem file, JSON, .npz or .mat, or SPICE deck; - reads standard input")
       ->required()
       ->type_name("FILE");
 }
@@ -54,6 +57,31 @@ void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputForma
       parse, [&format](OutputFormat value) { format = value; }, help);
 }
 
+namespace {
+
+// What is wrong with the ending of a file that would hold a table: that of pictures, or of programs that would not read
+// it. Empty if nothing is.
+std::string FaultOfEnding(const std::string& output) {
+  std::string ending = std::filesystem::path(output).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char* picture : {".svg", ".png", ".pdf", ".gif", ".jpg", ".jpeg", ".eps"}) {
+    if (ending != picture) continue;
+    return fmt::format("{} would be a table; pictures are drawn by --plot FILE.svg of dlcs solve and by dlcs plot",
+                       output);
+  }
+  for (const char* other : {".xls", ".xlsx", ".ods", ".tsv", ".hdf", ".nc", ".parquet", ".feather", ".pkl", ".m",
+                            ".yaml", ".yml", ".xml"}) {
+    if (ending != other) continue;
+    return fmt::format(
+        "{} would be a table, and {} is the ending of another format; name a file that ends with .csv or "
+        ".json, for example, or say --format table",
+        output, ending);
+  }
+  return "";
+}
+
+}  // namespace
+
 void AddFormatAndOutput(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format,
                         const std::string& help, std::string& output, const char* what) {
   AddFormat(app, words, format, help);
@@ -67,6 +95,11 @@ void AddFormatAndOutput(CLI::App& app, const std::vector<std::string>& words, Ou
         throw CLI::ValidationError("--output", fmt::format("{} would be {}, which this command does not write; name "
                                                            "another file, or one of {} with --format",
                                                            output, named->word, fmt::join(words, ", ")));
+      }
+    }
+    if (given.count() == 0 && !named) {
+      if (const std::string fault = FaultOfEnding(output); !fault.empty()) {
+        throw CLI::ValidationError("--output", fault);
       }
     }
     if (IsOfArrays(format) && IsStandardOutput(output)) {

@@ -199,7 +199,7 @@ std::optional<v1::DenseMatrix> JsonReader::ReadMatrix(const nlohmann::json& valu
       continue;
     }
     if (value[0].is_array() && row->size() != value[0].size()) {
-      Refuse(row_path, fmt::format("has {} values but {}[0] has {}; all rows must have the same length", row->size(),
+      Refuse(row_path, fmt::format("has length {}, but {}[0] has length {}; all rows must have the same", row->size(),
                                    path, value[0].size()));
       sound = false;
       continue;

@@ -257,11 +257,31 @@ std::optional<std::size_t> FindMissingComma(std::string_view text, std::size_t o
   return offset;
 }
 
+// If `text` is something else from its begin, such as YAML, a table or a program: where it begins.
+std::optional<std::size_t> FindForeignBegin(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  // Quotes and comments have messages of their own.
+  if (begin == std::string_view::npos || std::string_view("{[\"'/#").find(text[begin]) != std::string_view::npos) {
+    return std::nullopt;
+  }
+  return begin;
+}
+
+std::string FirstWord(std::string_view text) {
+  return TruncateUtf8(std::string(text.substr(0, text.find_first_of(" \t\r\n"))), 40);
+}
+
 std::string Describe(const std::string& text, const std::string& source, const nlohmann::json::parse_error& error) {
   std::size_t offset = std::min(error.byte > 0 ? error.byte - 1 : 0, text.size());
   const std::string reason = ReasonOf(error.what());
   std::string why;
-  if (const auto second = FindMissingComma(text, offset, reason)) {
+  if (const auto begin = FindForeignBegin(text)) {
+    offset = *begin;
+    why = fmt::format("begins with \"{}\"; JSON is one object {{\"KEY\": VALUE, ...}}, with its keys in double quotes",
+                      FirstWord(std::string_view(text).substr(offset)));
+  } else if (reason.find("; expected end of input") != std::string::npos) {
+    why = "there is something after the end of the object; a file holds one";
+  } else if (const auto second = FindMissingComma(text, offset, reason)) {
     offset = *second;
     why = fmt::format("a comma is missing before {}",
                       TruncateUtf8(text.substr(offset, text.find_first_of(" \t\r\n,]}:", offset + 1) - offset), 40));
@@ -280,6 +300,7 @@ absl::Status ErrnoStatus(const std::string& source, int error) {
   if (error == ENOENT || error == ENOTDIR) {
     return absl::NotFoundError(fmt::format("{}: there is no such file; check the path", source));
   }
+  if (error == EISDIR) return absl::FailedPreconditionError(fmt::format("{}: is a folder; name a file in it", source));
   return error == EACCES ? absl::PermissionDeniedError(reason) : absl::FailedPreconditionError(reason);
 }
 

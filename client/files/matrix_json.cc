@@ -32,11 +32,17 @@ constexpr const char* kForms =
 
 // A whole number in [least, limit).
 std::optional<std::int32_t> ReadWhole(const json& value, std::int64_t least, std::int64_t limit,
-                                      const std::string& path, JsonReader& reader) {
+                                      const std::string& path, JsonReader& reader, const char* hint = "") {
   if (value.is_number_integer() && value >= least && value < limit) return value.get<std::int32_t>();
-  reader.Refuse(path,
-                fmt::format("is {}; must be a whole number from {} to {}", DescribeJson(value), least, limit - 1));
+  reader.Refuse(
+      path, fmt::format("is {}; must be a whole number from {} to {}{}", DescribeJson(value), least, limit - 1, hint));
   return std::nullopt;
+}
+
+// The number of a row or column of `size`. Those who count from 1 meet this rule at the last one.
+std::optional<std::int32_t> ReadIndex(const json& value, std::int64_t size, const std::string& path,
+                                      JsonReader& reader) {
+  return ReadWhole(value, 0, size, path, reader, ", since rows and columns count from 0");
 }
 
 std::optional<std::int32_t> ReadSize(const json& object, const std::string& key, const std::string& path,
@@ -83,8 +89,8 @@ std::optional<v1::SparseMatrix> ReadEntries(const json& object, const std::strin
       sound = false;
       continue;
     }
-    const auto row = ReadWhole(entry[0], 0, matrix->rows(), entry_path + "[0]", reader);
-    const auto column = ReadWhole(entry[1], 0, matrix->columns(), entry_path + "[1]", reader);
+    const auto row = ReadIndex(entry[0], matrix->rows(), entry_path + "[0]", reader);
+    const auto column = ReadIndex(entry[1], matrix->columns(), entry_path + "[1]", reader);
     std::string formula;
     const auto value = may_have_formulas ? reader.ReadEntry(entry[2], entry_path + "[2]", formula)
                                          : reader.ReadNumber(entry[2], entry_path + "[2]");
@@ -111,7 +117,7 @@ bool ReadIndices(const json& object, const std::string& key, std::int64_t size, 
     return false;
   }
   for (std::size_t k = 0; k < list->size(); ++k) {
-    const auto index = ReadWhole((*list)[k], 0, size, fmt::format("{}[{}]", place, k), reader);
+    const auto index = ReadIndex((*list)[k], size, fmt::format("{}[{}]", place, k), reader);
     if (index) indices.Add(*index);
   }
   return static_cast<std::size_t>(indices.size()) == list->size();

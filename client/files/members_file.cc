@@ -17,6 +17,7 @@
 #include "client/files/json_reader.h"
 #include "client/files/json_text.h"
 #include "client/files/time_function_json.h"
+#include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {
 namespace {
@@ -26,6 +27,8 @@ using Members = std::vector<v1::EnsembleMember>;
 
 // The most members with errors that are reported, since often every member has the same error.
 constexpr std::size_t kMaxFaulty = 10;
+// The most bytes of a first line that are shown.
+constexpr std::size_t kMaxShownNames = 200;
 
 std::string PlaceOf(const std::string& source, std::size_t member) {
   return fmt::format("{}: members[{}]", source, member);
@@ -98,7 +101,30 @@ bool MayBeNames(absl::string_view line) {
   return true;
 }
 
-absl::StatusOr<Members> ReadTable(const std::string& text, const std::string& source) {
+// A table whose columns are in another order, or hold something else, would give wrong states without a word.
+absl::Status CheckNames(absl::string_view line, const std::string& source, int states,
+                        const std::vector<std::string>& state_names) {
+  std::vector<std::string> found;
+  for (const absl::string_view field : absl::StrSplit(line, ',')) {
+    absl::string_view name = absl::StripAsciiWhitespace(field);
+    if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
+    found.emplace_back(name);
+  }
+  std::vector<std::string> numbered;
+  for (int i = 0; i < states; ++i) numbered.push_back(fmt::format("x{}", i + 1));
+  if (found == numbered || found == state_names) return absl::OkStatus();
+  constexpr std::size_t kMaxListed = 20;
+  std::vector<std::string> known = state_names.empty() ? numbered : state_names;
+  const bool more = known.size() > kMaxListed;
+  if (more) known.resize(kMaxListed);
+  return absl::InvalidArgumentError(
+      fmt::format("{}, line 1: the columns are {}; must be the states in their order, {}{}, or leave this line out",
+                  source, TruncateUtf8(fmt::format("{}", fmt::join(found, ", ")), kMaxShownNames),
+                  fmt::join(known, ", "), more ? ", ..." : ""));
+}
+
+absl::StatusOr<Members> ReadTable(const std::string& text, const std::string& source, int states,
+                                  const std::vector<std::string>& state_names) {
   Members members;
   std::size_t number = 0;
   for (const absl::string_view untrimmed : absl::StrSplit(text, '\n')) {
@@ -106,7 +132,10 @@ absl::StatusOr<Members> ReadTable(const std::string& text, const std::string& so
     const absl::string_view line = absl::StripAsciiWhitespace(untrimmed);
     if (line.empty()) continue;
     const auto numbers = NumbersOf(line);
-    if (!numbers && number == 1 && MayBeNames(line)) continue;  // the names of the columns
+    if (!numbers && number == 1 && MayBeNames(line)) {
+      if (absl::Status names = CheckNames(line, source, states, state_names); !names.ok()) return names;
+      continue;
+    }
     if (!numbers) {
       return absl::InvalidArgumentError(fmt::format(
           "{}, line {}: is not an initial state; a table has one per line, as numbers between commas (a JSON file "
@@ -120,10 +149,11 @@ absl::StatusOr<Members> ReadTable(const std::string& text, const std::string& so
 
 }  // namespace
 
-absl::StatusOr<Members> ParseMembers(const std::string& text, const std::string& source, int states, int constraints) {
+absl::StatusOr<Members> ParseMembers(const std::string& text, const std::string& source, int states, int constraints,
+                                     const std::vector<std::string>& state_names) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   const bool is_json = first != std::string::npos && (text[first] == '[' || text[first] == '{');
-  if (!is_json) return ReadTable(text, source);
+  if (!is_json) return ReadTable(text, source, states, state_names);
   const auto root = ParseJson(text, source);
   if (!root.ok()) return root.status();
   if (root->is_array()) return ReadList(*root, source, states, constraints);
@@ -138,10 +168,11 @@ absl::StatusOr<Members> ParseMembers(const std::string& text, const std::string&
   return ReadList(*members, source, states, constraints);
 }
 
-absl::StatusOr<Members> ReadMembersFile(const std::string& path, int states, int constraints) {
+absl::StatusOr<Members> ReadMembersFile(const std::string& path, int states, int constraints,
+                                        const std::vector<std::string>& state_names) {
   const auto text = ReadTextFile(path);
   if (!text.ok()) return text.status();
-  return ParseMembers(*text, SourceName(path), states, constraints);
+  return ParseMembers(*text, SourceName(path), states, constraints, state_names);
 }
 
 }  // namespace dlcs::client

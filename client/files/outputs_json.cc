@@ -36,9 +36,14 @@ std::int32_t ReadInteger(const json& value, const std::string& path, JsonReader&
   return 0;
 }
 
-std::int32_t ReadOutput(const std::string& name, const Names& names, const std::string& path, JsonReader& reader) {
+std::optional<std::int32_t> FindOutput(const std::string& name, const Names& names) {
   const auto found = std::find(names.begin(), names.end(), name);
-  if (found != names.end()) return static_cast<std::int32_t>(found - names.begin());
+  if (found == names.end()) return std::nullopt;
+  return static_cast<std::int32_t>(found - names.begin());
+}
+
+std::int32_t ReadOutput(const std::string& name, const Names& names, const std::string& path, JsonReader& reader) {
+  if (const auto found = FindOutput(name, names)) return *found;
   // Words give the message with the nearest name.
   if (names.empty()) {
     reader.Refuse(path, "names an output, but the file has none");
@@ -181,11 +186,14 @@ void ReadOutputs(const json& root, JsonReader& reader, v1::Problem& problem) {
     }
     if (value.contains("hidden")) outputs.set_hidden(ReadInteger(value["hidden"], "outputs.hidden", reader));
     if (value.contains("limits") && IsObject(value["limits"], "outputs.limits", reader)) {
+      // The names are keys here.
+      reader.RefuseUnknownKeys(value["limits"], names, "outputs.limits");
       for (const auto& [name, limit] : value["limits"].items()) {
-        const std::string path = fmt::format("outputs.limits.{}", name);
+        const auto output = FindOutput(name, names);
+        if (!output) continue;
         v1::OutputLimit& out = *outputs.add_limits();
-        out.set_output(ReadOutput(name, names, path, reader));
-        out.set_value(reader.ReadNumber(limit, path).value_or(0));
+        out.set_output(*output);
+        out.set_value(reader.ReadNumber(limit, fmt::format("outputs.limits.{}", name)).value_or(0));
       }
     }
   }

@@ -16,6 +16,18 @@
 #include "client/netlist/spice_number.h"
 
 namespace dlcs::client {
+namespace {
+
+// 1M is a milliohm, as in all SPICE, though people mean a megohm.
+void NoteMilli(const DeckLine& line, const DeckWord& word, double value, DeckNotes& notes) {
+  const std::size_t letter = word.text.find_first_not_of("0123456789.+-eE");
+  if (word.is_expression || letter == std::string::npos || word.text[letter] != 'M') return;
+  const std::string suffix = Lower(word.text.substr(letter));
+  if (suffix.starts_with("meg") || suffix.starts_with("mil")) return;
+  notes.Add(fmt::format("{}: {} is {:g} ohm: m is milli, and mega is meg", line.Place(word.offset), word.text, value));
+}
+
+}  // namespace
 
 absl::Status DeckCircuit::AddPassive(const DeckFields& fields, const Instance& instance, Element element, char kind) {
   for (std::size_t k = 3; kind == 'r' && k < std::min<std::size_t>(fields.words.size(), 5); ++k) {
@@ -34,6 +46,8 @@ absl::Status DeckCircuit::AddPassive(const DeckFields& fields, const Instance& i
   const auto value = Value(fields, by_name ? fields.named.at(key) : fields.words[3], instance);
   if (!value.ok()) return value.status();
   element.value = *value;
+  const DeckWord& word = by_name ? fields.named.at(key) : fields.words[3];
+  if (kind == 'r') NoteMilli(*fields.line, word, *value, notes_);
   if (!(element.value > 0)) {
     return DeckError(by_name ? fields.line->Place(fields.named.at(key).offset) : fields.Place(3),
                      fmt::format("{} has a value of {:g}; must be above 0{}", element.name, element.value,

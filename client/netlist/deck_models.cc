@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "proto/shared/nearest_name.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -46,7 +48,9 @@ absl::StatusOr<ModelValues> ValuesOf(const DeckModel& model, const std::string& 
     } else if (ignored.contains(key)) {
       left_out.push_back(key);
     } else {
-      return DeckError(model.line->Place(word.offset), fmt::format(".model {}: {} is not supported", name, key));
+      return DeckError(model.line->Place(word.offset),
+                       fmt::format(".model {}: {} is not supported{}", name, key,
+                                   DidYouMean(NearestName(key, {known.begin(), known.end()}))));
     }
   }
   if (!left_out.empty()) {

@@ -7,6 +7,8 @@
 #include <cctype>
 #include <utility>
 
+#include "proto/shared/nearest_name.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -81,6 +83,9 @@ class DeckSorter {
     static const std::set<std::string> kIgnored = {
         ".option", ".options", ".opt",     ".temp",     ".width", ".title", ".op",    ".dc",  ".ac",  ".noise",
         ".four",   ".tf",      ".nodeset", ".backanno", ".pz",    ".sens",  ".disto", ".net", ".wave"};
+    static const std::vector<std::string> kKnown = {".tran",  ".param",  ".func", ".model",   ".subckt",  ".ends",
+                                                    ".ic",    ".global", ".step", ".include", ".lib",     ".print",
+                                                    ".probe", ".save",   ".meas", ".options", ".nodeset", ".end"};
     if (first == ".tran") {
       if (inside) return DeckError(line.Place(), ".tran inside of .subckt; is an .ends missing?");
       if (parts_.tran != nullptr) {
@@ -105,7 +110,8 @@ class DeckSorter {
       parts_.sets_temperature = parts_.sets_temperature || is_temperature;
       parts_.notes.push_back(fmt::format("{}: {} is ignored", line.Place(), first));
     } else {
-      return DeckError(line.Place(words[0].offset), fmt::format("{} is not supported", first));
+      return DeckError(line.Place(words[0].offset),
+                       fmt::format("{} is not supported{}", first, DidYouMean(NearestName(first, kKnown))));
     }
     return absl::OkStatus();
   }

@@ -91,7 +91,8 @@ absl::StatusOr<Waveform> MakeWaveform(const DeckFields& fields, std::size_t begi
     }
     if (!defaults.empty()) {
       notes.Add(fmt::format("{}: PULSE of {} has {}, as in SPICE{}", fields.Place(begin), fields.words[0].text,
-                            fmt::join(defaults, ", "), ramp > 0 ? "; with --ideal-edges missing ramps are jumps" : ""));
+                            fmt::join(defaults, ", "),
+                            ramp > 0 ? "; dlcs netlist --ideal-edges makes missing ramps jumps" : ""));
     }
     return wave;
   }

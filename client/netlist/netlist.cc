@@ -70,11 +70,26 @@ std::string FolderOfDeck(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-absl::StatusOr<Netlist> ReadNetlist(const std::string& text, const std::string& source, const std::string& folder,
-                                    const DeckOptions& options) {
+namespace {
+
+// Files that are no deck, whatever their name.
+absl::Status RefuseOtherFiles(const std::string& text, const std::string& source) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string::npos) return DeckError(source, "the file is empty");
+  if (text[first] == '{' && text.find(".tran") == std::string::npos) {
+    return DeckError(source, "holds JSON and no deck; dlcs solve reads problem files as they are");
+  }
   if (text.starts_with("Version 4") && text.find("\nSHEET ") != std::string::npos) {
     return DeckError(source, "is a schematic of LTspice; save its netlist, View > SPICE Netlist, as a .net file");
   }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Netlist> ReadNetlist(const std::string& text, const std::string& source, const std::string& folder,
+                                    const DeckOptions& options) {
+  if (absl::Status other = RefuseOtherFiles(text, source); !other.ok()) return other;
   auto netlist = ReadWithoutTitle(text, source, folder, options);
   const std::string note = netlist.ok() ? "" : NoteOnTitle(Trimmed(text.substr(0, text.find('\n'))));
   if (note.empty()) return netlist;
@@ -83,6 +98,7 @@ absl::StatusOr<Netlist> ReadNetlist(const std::string& text, const std::string& 
 
 absl::StatusOr<std::vector<SweptNetlist>> ReadSweep(const std::string& text, const std::string& source,
                                                     const std::string& folder, const DeckOptions& options) {
+  if (absl::Status other = RefuseOtherFiles(text, source); !other.ok()) return other;
   const auto first = ReadDeck(text, source, folder, options);
   if (!first.ok()) return first.status();
   const auto points = PointsOf(first->steps);

@@ -312,7 +312,7 @@ class ExpressionReader {
     }
     const std::string shown(text_.substr(at_ - name.size(), name.size()));
     at_ -= name.size();
-    return Fail(fmt::format("\"{}\" is not a parameter", shown));
+    return Fail(fmt::format("\"{0}\" is not a parameter; define it with .param {0}=VALUE", shown));
   }
 
   // V(a), V(a,b) or I(name), as it is written.

@@ -85,13 +85,16 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> CredentialsOf(const Co
 
 }  // namespace
 
+absl::Status CheckAddress(const std::string& address) {
+  if (IsUnixSocket(address) || IsHostAndPort(address)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      fmt::format("address: \"{}\" is not HOST:PORT, with a port up to 65535; write for example localhost:50051, "
+                  "[::1]:50051 for IPv6, or unix:/PATH",
+                  address));
+}
+
 absl::StatusOr<Connection> Connection::Open(const ConnectionOptions& options) {
-  if (!IsUnixSocket(options.address) && !IsHostAndPort(options.address)) {
-    return absl::InvalidArgumentError(
-        fmt::format("address: \"{}\" is not HOST:PORT, with a port up to 65535; write for example localhost:50051, "
-                    "[::1]:50051 for IPv6, or unix:/PATH",
-                    options.address));
-  }
+  if (absl::Status address = CheckAddress(options.address); !address.ok()) return address;
   if (absl::Status token = CheckToken(options); !token.ok()) return token;
   const auto credentials = CredentialsOf(options);
   if (!credentials.ok()) return credentials.status();

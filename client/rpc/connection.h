@@ -20,6 +20,9 @@
 
 namespace dlcs::client {
 
+// Errors: InvalidArgument if `address` is neither HOST:PORT nor unix:/PATH.
+absl::Status CheckAddress(const std::string& address);
+
 // May be used from several threads at once.
 class Connection {
  public:

@@ -55,6 +55,12 @@ std::string NoAnswer(const std::string& address, const std::string& said) {
     return fmt::format("no host \"{}\" was found (DNS has no address for it). Check the spelling of HOST in --server",
                        host);
   }
+  if (said.find("http1.x server") != std::string::npos) {
+    return fmt::format(
+        "the program at {} speaks HTTP/1.1 and not gRPC; is it the port of --http-listen or "
+        "--metrics-listen of a dlcsd? Give that of its --listen (50051 by default)",
+        address);
+  }
   const bool here = host == "localhost" || host == "[::1]" || host.starts_with("127.");
   return fmt::format("no server answers at {} ({}). Check host and port{}", address, ConnectFailureReason(said),
                      here ? ", or start one with: dlcsd --listen " + address : ", and that a dlcsd runs there");

@@ -51,7 +51,7 @@ absl::Status Validate(const Matrix& M, const Vector& q, const LcpRequest& reques
   ViolationList list;
   CheckSquareMatrix(M, "n x n for n complementary pairs", "M", list);
   if (q.size() != n) {
-    list.Add("q", absl::StrCat(q.size(), " components; must be n = ", n, " (from M)"));
+    list.Add("q", absl::StrCat(ComponentsText(q.size()), "; must be n = ", n, " (from M)"));
   }
   list.AddNonFiniteComponents(q, "q");
   CheckSelector(request.selector, request.rule, n, list);

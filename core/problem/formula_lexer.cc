@@ -256,7 +256,9 @@ std::string AdviceForUnknownName(std::string_view name, const FormulaVariables& 
   }
   const auto components = [](char letter, Index count) {
     if (count == 0) return std::string();
-    return std::string(" ") + letter + "1" + (count > 1 ? std::string(" ... ") + letter + std::to_string(count) : "");
+    const std::string first = std::string(" ") + letter + "1";
+    if (count == 1) return first;
+    return first + (count > 2 ? " ... " : " ") + letter + std::to_string(count);
   };
   const std::string x_and_y = components('x', variables.states) + components('y', variables.constraints);
   const auto is_letter_of = [&lower](std::string_view letters) {

@@ -7,6 +7,8 @@
 
 namespace dlcs {
 
+std::string ComponentsText(Index count) { return std::to_string(count) + (count == 1 ? " component" : " components"); }
+
 namespace {
 
 template <class AnyMatrix>
@@ -68,7 +70,7 @@ void CheckParameters(const FormulaParameters& parameters, ViolationList& list) {
 
 void CheckInitialState(const Vector& x0, Index m, ViolationList& list) {
   if (x0.size() != m) {
-    list.Add("x0", std::to_string(x0.size()) + " components; must be m = " + std::to_string(m) + " (from A)");
+    list.Add("x0", ComponentsText(x0.size()) + "; must be m = " + std::to_string(m) + " (from A)");
   }
   list.AddNonFiniteComponents(x0, "x0");
 }
@@ -77,7 +79,7 @@ void CheckStart(const std::optional<Vector>& y0, SolutionRule rule, Index n, Vio
   if (!y0) return;
   if (rule != SolutionRule::kHistory) list.Add("y0", "given; only the rule history starts from one");
   if (y0->size() != n) {
-    list.Add("y0", std::to_string(y0->size()) + " components; must be n = " + std::to_string(n) + " (from M)");
+    list.Add("y0", ComponentsText(y0->size()) + "; must be n = " + std::to_string(n) + " (from M)");
   }
   for (Index i = 0; i < y0->size(); ++i) {
     const double value = (*y0)[i];
@@ -98,8 +100,7 @@ void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, I
   }
   list.AddNonFiniteEntries(C, "selector.C");
   if (b.size() != C.rows()) {
-    list.Add("selector.b",
-             std::to_string(b.size()) + " components; must be one per row of C: " + std::to_string(C.rows()));
+    list.Add("selector.b", ComponentsText(b.size()) + "; must be one per row of C: " + std::to_string(C.rows()));
   }
   list.AddNonFiniteComponents(b, "selector.b");
 }

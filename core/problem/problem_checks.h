@@ -26,12 +26,17 @@ void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std:
 void CheckSquareMatrix(const StructuredMatrix& matrix, const std::string& rule, const std::string& field,
                        ViolationList& list);
 
+// "1 component", "2 components"
+std::string ComponentsText(Index count);
+
 // Checks that `x0` has m finite components.
 void CheckInitialState(const Vector& x0, Index m, ViolationList& list);
 
+// Checks that `y0` is given only if `rule` starts from one, and that it has n components of at least 0.
+void CheckStart(const std::optional<Vector>& y0, SolutionRule rule, Index n, ViolationList& list);
+
 // Checks that `selector` is given if and only if `rule` needs it, that C is k × n, that b has k components, and that
 // all entries are finite.
-void CheckStart(const std::optional<Vector>& y0, SolutionRule rule, Index n, ViolationList& list);
 void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list);
 
 // Checks names (FaultOfParameterName()) and that values are finite. Fields are named parameters.NAME.

@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "core/format_number.h"
 #include "core/problem/formula_syntax.h"
+#include "core/problem/problem_checks.h"
 #include "core/problem/time_function.h"
 #include "core/problem/violation_list.h"
 
@@ -17,8 +18,15 @@ namespace {
 
 std::string At(const std::string& name, std::size_t index) { return name + "[" + std::to_string(index) + "]"; }
 
-std::string SizeRule(std::size_t found, Index size) {
-  return std::to_string(found) + " components; must be " + std::to_string(size);
+// What the components of the function `field` of a problem are for.
+const char* MeaningOf(const std::string& field) {
+  if (field == "f" || field.starts_with("f.pieces")) return ", one for each state";
+  if (field == "g" || field.starts_with("g.pieces")) return ", one for each pair";
+  return "";
+}
+
+std::string SizeRule(Index found, Index size, const std::string& field) {
+  return ComponentsText(found) + "; must be " + std::to_string(size) + MeaningOf(field);
 }
 
 // Checks one piece; the overloads follow the variant.
@@ -29,14 +37,14 @@ struct PieceRules {
 
   void operator()(const ConstantFunction& constant) const {
     if (constant.value.size() != size) {
-      list.Add(field, SizeRule(static_cast<std::size_t>(constant.value.size()), size));
+      list.Add(field, SizeRule(constant.value.size(), size, field));
     }
     list.AddNonFiniteComponents(constant.value, field);
   }
 
   void operator()(const FormulaFunction& function) const {
     if (static_cast<Index>(function.formulas.size()) != size) {
-      list.Add(field, SizeRule(function.formulas.size(), size));
+      list.Add(field, SizeRule(static_cast<Index>(function.formulas.size()), size, field));
     }
     std::set<std::string_view> sound;  // grids have the same formula at many points
     for (std::size_t i = 0; i < function.formulas.size() && !list.full(); ++i) {

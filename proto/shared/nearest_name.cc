@@ -59,7 +59,9 @@ std::optional<std::string> NearestName(const std::string& name, const std::vecto
   std::optional<std::string> nearest;
   int fewest = 0;
   for (const std::string& candidate : known) {
-    const int allowed = std::max<int>(kHalfEdit, kEdit * static_cast<int>(candidate.size()) / 2);
+    // The dashes of an option say nothing about its name.
+    const std::size_t letters = candidate.size() - std::min(candidate.find_first_not_of('-'), candidate.size());
+    const int allowed = std::max<int>(kHalfEdit, kEdit * static_cast<int>(letters) / 2);
     // Each letter too many is an edit.
     if (name.size() > candidate.size() + static_cast<std::size_t>(allowed)) continue;
     const int distance = IsAbbreviation(name, candidate) ? kHalfEdit : Distance(name, candidate);

@@ -19,7 +19,9 @@ namespace {
 // Readable by its owner only. Never replaces a file: it may be the only copy of another token.
 absl::Status Save(const std::string& token, const std::string& file) {
   const auto failed = [&] {
-    return absl::InvalidArgumentError(fmt::format("--save {}: cannot be created: {}", file, std::strerror(errno)));
+    return absl::InvalidArgumentError(
+        fmt::format("--save {}: cannot be created: {}{}", file, std::strerror(errno),
+                    errno == EEXIST ? "; it may hold another token: choose another name" : ""));
   };
   const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
   if (descriptor < 0) return failed();

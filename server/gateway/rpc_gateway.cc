@@ -59,6 +59,18 @@ const MethodDescriptor* RpcGateway::FindMethod(const std::string& path) {
   return service == nullptr ? nullptr : service->FindMethodByName(path.substr(slash + 1));
 }
 
+std::vector<std::string> RpcGateway::MethodPaths() {
+  std::vector<std::string> paths;
+  const auto* const pool = google::protobuf::DescriptorPool::generated_pool();
+  for (const char* name : {"SolverService", "JobService", "ProblemService"}) {
+    const auto* const service = pool->FindServiceByName(std::string("dlcs.v1.") + name);
+    for (int k = 0; service != nullptr && k < service->method_count(); ++k) {
+      paths.push_back("/" + service->full_name() + "/" + service->method(k)->name());
+    }
+  }
+  return paths;
+}
+
 asio::awaitable<void> RpcGateway::Answer(HttpExchange& exchange) {
   const HttpRequest& request = exchange.request();
   const MethodDescriptor* const method = FindMethod(request.path);

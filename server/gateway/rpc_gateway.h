@@ -9,6 +9,7 @@
 #include <stop_token>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "boost/asio/awaitable.hpp"
 #include "grpcpp/channel.h"
@@ -30,6 +31,8 @@ class RpcGateway {
 
   // "/dlcs.v1.SolverService/Solve"; null if there is no such method.
   static const google::protobuf::MethodDescriptor* FindMethod(const std::string& path);
+  // The paths of all methods.
+  static std::vector<std::string> MethodPaths();
 
   // Answers a POST to the path of a method. Errors are answers too.
   boost::asio::awaitable<void> Answer(HttpExchange& exchange);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "fmt/format.h"
+#include "proto/shared/nearest_name.h"
 #include "server/gateway/own_hosts.h"
 #include "server/gateway/page_files.h"
 #include "server/gateway/rpc_gateway.h"
@@ -129,6 +130,7 @@ class WebPort::State {
   };
 
   HttpResponse ResponseTo(const HttpRequest& request, bool is_method, bool is_allowed_origin) const {
+    constexpr std::size_t kLongestPath = 100;  // that is compared with those of methods
     if (request.method == "OPTIONS" && is_method) {
       HttpResponse preflight{.status = 204, .headers = {{"allow", "POST"}}, .body = ""};
       if (!is_allowed_origin) return preflight;
@@ -142,7 +144,10 @@ class WebPort::State {
     if (is_method) return Refused("POST");
     const auto found = assets_.find(request.path);
     if (found == assets_.end() && request.path != "/") {
-      return TextResponse(404, "There is the page at /, and calls at /dlcs.v1.SERVICE/METHOD.\n");
+      const bool is_call = request.path.starts_with("/dlcs") && request.path.size() <= kLongestPath;
+      const auto meant = is_call ? NearestName(request.path, RpcGateway::MethodPaths()) : std::nullopt;
+      return TextResponse(404, fmt::format("There is the page at /, and calls at /dlcs.v1.SERVICE/METHOD{}\n",
+                                           meant ? DidYouMean(meant) : "."));
     }
     if (request.method != "GET" && request.method != "HEAD") return Refused("GET, HEAD");
     return found == assets_.end() ? TextResponse(200, kNoPage) : Serve(request, found->second);

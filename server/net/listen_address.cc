@@ -149,6 +149,12 @@ absl::Status CheckCanListen(const ListenAddress& address) {
   }
   // A name may resolve to an address that this machine does not have (::1 without IPv6); one that works is enough.
   if (free > 0) return absl::OkStatus();
+  if (error == EADDRNOTAVAIL) {
+    return absl::InvalidArgumentError(
+        fmt::format("cannot listen on {}: this machine does not have that address; give one of its own, or 0.0.0.0 for "
+                    "all of them",
+                    ToString(address)));
+  }
   const std::string message = fmt::format("cannot listen on {}: {}", ToString(address), std::strerror(error));
   if (error == EACCES) return absl::PermissionDeniedError(message);
   return absl::InvalidArgumentError(message);

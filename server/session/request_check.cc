@@ -169,8 +169,9 @@ absl::Status CheckRanks(const v1::SolveOptions& options, int max_ranks) {
   return InvalidRequest(
       {{"options.ranks", fmt::format("{}; must be {}", ranks,
                                      max_ranks > 0 ? "at least 0"
-                                                   : "0 here: jobs, but no ensembles and no analyses, run on "
-                                                     "ranks of MPI where the server has an --mpi-launcher")}});
+                                                   : "0 here: ranks of MPI solve jobs, and no ensembles or "
+                                                     "analyses, on a server with an --mpi-launcher; without a "
+                                                     "server, mpirun starts dlcs-mpi")}});
 }
 
 absl::Status CheckLimit(const char* name, double asked, std::int64_t limit) {

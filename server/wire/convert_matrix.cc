@@ -113,7 +113,7 @@ Violation SecondEntry(const v1::SparseMatrix& sparse, const std::string& field) 
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return place(a) < place(b); });
   const auto first = std::adjacent_find(order.begin(), order.end(), [&](int a, int b) { return place(a) == place(b); });
   return {fmt::format("{}.values[{}]", field, *std::next(first)),
-          fmt::format("row {}, column {} has values[{}] already; every position may occur only once",
+          fmt::format("row {}, column {} is that of entry {} too, counted from 0; every position may occur only once",
                       sparse.row_indices(*first), sparse.column_indices(*first), *first)};
 }
 

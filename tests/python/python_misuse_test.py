@@ -12,6 +12,7 @@ import math
 import os
 import pathlib
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -89,6 +90,12 @@ class ArgumentsTest(unittest.TestCase):
                         dlcs.solve(**(DECAY | {argument: value}))
                     self.assertEqual([v.field for v in raised.exception.violations], [field], raised.exception)
                     self.assertLess(len(str(raised.exception)), 300)
+
+    def test_say_what_was_meant(self):
+        for given, message in (({"rtol": 1e-3}, "rtol: is not an option; did you mean tol?"),
+                               ({"tol": "1e-6"}, "tol: '1e-6'; must be a positive number")):  # fmt: skip
+            with self.assertRaisesRegex(dlcs.InvalidArgument, re.escape(message)):
+                dlcs.solve(**(DECAY | given))
 
     def test_that_disagree_are_named_together(self):
         with self.assertRaisesRegex(dlcs.InvalidArgument, "A: is 1 x 1; must be 2 x 2, since x0 has 2 values"):

@@ -9,6 +9,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/contexts.h"
 #include "client/cli/output/atomic_file.h"
+#include "client/rpc/connection.h"
 
 namespace dlcs::client {
 namespace {
@@ -36,6 +37,9 @@ ServerTarget WithAbsolutePaths(ServerTarget target) {
 
 absl::Status Change(const ContextCommand& command, Contexts& contexts) {
   if (command.action == ContextCommand::Action::kSet) {
+    if (absl::Status address = CheckAddress(command.server.address); !address.ok()) {
+      return InOptions(address, command.server);
+    }
     contexts.targets[command.name] = WithAbsolutePaths(command.server);
     return absl::OkStatus();
   }

@@ -2,17 +2,15 @@
 #include <fmt/format.h>
 #include <google/protobuf/util/json_util.h>
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iostream>
-#include <iterator>
+#include <cstddef>
+#include <limits>
 #include <string>
 
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/result_plot.h"
+#include "client/files/json_text.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -37,21 +35,23 @@ void TakeOutputs(v1::SolveResult& result) {
 }
 
 absl::StatusOr<v1::SolveResult> ReadResult(const std::string& path) {
-  std::ifstream file;
-  if (path != "-") {
-    file.open(path);
-    if (!file) return absl::InvalidArgumentError(fmt::format("{}: {}", path, std::strerror(errno)));
-  }
-  std::istream& in = path == "-" ? std::cin : file;
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  constexpr std::size_t kAnySize = std::numeric_limits<std::size_t>::max();
+  const absl::StatusOr<std::string> text = ReadTextFile(path, kAnySize);
+  if (!text.ok()) return absl::InvalidArgumentError(text.status().message());
   v1::SolveResult result;
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = true;  // a newer dlcs may have written it
-  const auto status = google::protobuf::util::JsonStringToMessage(text, &result, options);
+  const auto status = google::protobuf::util::JsonStringToMessage(*text, &result, options);
   if (!status.ok()) {
     const std::string message(status.message());  // further lines show where
     return absl::InvalidArgumentError(fmt::format("{}: is not the JSON that \"dlcs solve --format json\" prints: {}",
                                                   path, message.substr(0, message.find('\n'))));
+  }
+  if (result.trajectory().times_size() < 2) {
+    return absl::InvalidArgumentError(fmt::format(
+        "{}: has no trajectory to draw; dlcs solve PROBLEM --format json --output RESULT.json writes one, and "
+        "dlcs solve PROBLEM --plot FILE.svg draws at once",
+        path));
   }
   TakeOutputs(result);
   return result;

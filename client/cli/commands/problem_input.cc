@@ -137,6 +137,10 @@ std::int64_t ProblemInput::constraints() const {
   return is_uploaded() ? about_.constraints() : ShapeOf(file_.problem.m()).rows;
 }
 
+std::vector<std::string> ProblemInput::StateNames() const {
+  return {file_.problem.state_names().begin(), file_.problem.state_names().end()};
+}
+
 v1::SolveRequest ProblemInput::SolveRequest(const v1::SolveOptions& options) const {
   v1::SolveRequest request;
   if (is_uploaded()) {

@@ -58,6 +58,8 @@ class ProblemInput {
   double horizon() const;
   std::int64_t states() const;
   std::int64_t constraints() const;
+  // Empty if it has none, or is uploaded.
+  std::vector<std::string> StateNames() const;
 
   // A request with the problem, or with its name if it is uploaded.
   v1::SolveRequest SolveRequest(const v1::SolveOptions& options) const;

@@ -10,10 +10,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstddef>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <ostream>
@@ -24,6 +27,7 @@
 #include <vector>
 
 #include "client/cli/commands/command_support.h"
+#include "client/cli/output/atomic_file.h"
 #include "proto/shared/nearest_name.h"
 
 extern char** environ;
@@ -170,12 +174,21 @@ std::vector<std::string> WithClosedParentheses(const std::vector<std::string>& p
 }
 
 // The panels with the components that `show` names: "x" is all of x. Errors: InvalidArgument with the name.
+// The names, or the first of many.
+std::string Listed(std::vector<std::string> names) {
+  constexpr std::size_t kMaxListed = 12;
+  const bool more = names.size() > kMaxListed;
+  if (more) names.resize(kMaxListed);
+  return fmt::format("{}{}", fmt::join(names, ", "), more ? ", ..." : "");
+}
+
 absl::StatusOr<std::vector<Panel>> ChosenPanels(const std::vector<Panel>& all, const std::vector<std::string>& show) {
   if (show.empty() && all.front().letter == kOutputs) return std::vector<Panel>{all.front()};
   if (show.empty()) return all;
   std::vector<std::vector<int>> chosen(all.size());
   std::vector<std::string> known;
   for (const std::string& name : WithClosedParentheses(show)) {
+    known.clear();
     bool found = false;
     for (std::size_t k = 0; k < all.size(); ++k) {
       for (const int i : all[k].components) {
@@ -189,9 +202,9 @@ absl::StatusOr<std::vector<Panel>> ChosenPanels(const std::vector<Panel>& all, c
       }
     }
     if (!found) {
-      return absl::InvalidArgumentError(
-          fmt::format("--show: \"{}\" is not a component of the result{}; x, y and w alone mean all of them", name,
-                      DidYouMean(NearestName(name, known))));
+      return absl::InvalidArgumentError(fmt::format(
+          "--show: \"{}\" is not a component of the result, which has {}; x, y and w alone mean all of them{}", name,
+          Listed(known), DidYouMean(NearestName(name, known))));
     }
   }
   std::vector<Panel> panels;
@@ -344,11 +357,31 @@ absl::Status RunGnuplot(const std::string& script) {
   return absl::InternalError("plot: gnuplot failed; its message is above");
 }
 
+// gnuplot does not notice when the disk is full, so it draws in the temporary folder.
+absl::Status CopyPicture(const std::string& from, const std::string& to) {
+  std::ifstream in(from, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const std::string_view end = std::string_view(bytes).substr(bytes.size() - std::min<std::size_t>(bytes.size(), 16));
+  if (end.find("</svg>") == std::string_view::npos && end.find("IEND") == std::string_view::npos) {
+    return absl::InternalError("plot: the temporary folder is full");
+  }
+  auto file = AtomicFile::Create(to);
+  if (!file.ok()) return file.status();
+  std::fwrite(bytes.data(), 1, bytes.size(), (*file)->stream());
+  return (*file)->Commit();
+}
+
 }  // namespace
 
 absl::Status CheckPictureName(const std::string& option, const std::string& output) {
-  if (output.ends_with(".png") || output.ends_with(".svg")) return absl::OkStatus();
-  return absl::InvalidArgumentError(fmt::format("{} {}: must end with .svg or .png", option, output));
+  if (!output.ends_with(".png") && !output.ends_with(".svg")) {
+    return absl::InvalidArgumentError(fmt::format("{} {}: must end with .svg or .png", option, output));
+  }
+  const std::filesystem::path folder = std::filesystem::path(output).parent_path();
+  std::error_code ignored;
+  if (folder.empty() || std::filesystem::is_directory(folder, ignored)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      fmt::format("{} {}: there is no folder {}; make it, or choose another place", option, output, folder.string()));
 }
 
 absl::Status FindGnuplot() {
@@ -377,21 +410,18 @@ absl::Status DrawResult(const v1::SolveResult& result, const PictureOptions& opt
   const ScratchFolder folder;
   if (folder.path().empty()) return absl::InternalError(fmt::format("plot: no temporary folder: {}", strerror(errno)));
   const std::string data = folder.path() + "/data", script = folder.path() + "/script";
-  const std::string partial = output + ".partial";
+  const std::string picture = folder.path() + "/picture";
   const Drawing drawing = options.profile ? Profiles(*panels, trajectory.FewRows(), data)
                                           : OverTime(result, *panels, trajectory.RowsWithLimits(), data);
   {
     std::ofstream out(data);
     out << drawing.data;
     std::ofstream(script) << Script(drawing, panels->size(), result.title() + ": " + result.summary().verdict().text(),
-                                    partial, output.ends_with(".png"));
+                                    picture, output.ends_with(".png"));
     if (!out.flush()) return absl::InternalError("plot: the temporary folder is full");
   }
   absl::Status status = RunGnuplot(script);
-  std::error_code error;
-  if (status.ok()) std::filesystem::rename(partial, output, error);
-  if (error) status = absl::InvalidArgumentError(fmt::format("{}: {}", output, error.message()));
-  if (!status.ok()) std::filesystem::remove(partial, error);
+  if (status.ok()) status = CopyPicture(picture, output);
   const auto curves = options.profile ? static_cast<std::size_t>(result.trajectory().times_size()) : most;
   if (status.ok() && curves > kMaxCurves) {
     PrintNotice(options.profile

@@ -100,12 +100,13 @@ absl::StatusOr<ConnectionOptions> ConnectionTo(const ServerTarget& target) {
 }
 
 absl::Status InOptions(const absl::Status& status, const ServerTarget& target) {
-  const std::array<std::pair<std::string_view, std::string_view>, 5> names = {
-      {{"address", "--server"},
-       {"tls_ca", "--tls-ca"},
-       {"tls_cert", "--tls-cert"},
-       {"tls_key", "--tls-key"},
-       {"token", target.token_file.empty() ? "DLCS_TOKEN" : "--token-file"}}};
+  const std::string address = target.origin.empty() ? "--server" : target.origin;
+  const std::string token = target.token_file.empty() ? "DLCS_TOKEN" : "--token-file: " + target.token_file;
+  const std::array<std::pair<std::string_view, std::string_view>, 5> names = {{{"address", address},
+                                                                               {"tls_ca", "--tls-ca"},
+                                                                               {"tls_cert", "--tls-cert"},
+                                                                               {"tls_key", "--tls-key"},
+                                                                               {"token", token}}};
   const std::string message(status.message());
   for (const auto& [field, option] : names) {
     if (!message.starts_with(fmt::format("{}: ", field))) continue;

@@ -153,7 +153,7 @@ ExitCode Run(const EnsembleCommand& command, std::unique_ptr<Backend> backend) {
   }
   const auto states = static_cast<int>(input->states());
   const auto constraints = static_cast<int>(input->constraints());
-  const auto members = ReadMembersFile(command.members_path, states, constraints);
+  const auto members = ReadMembersFile(command.members_path, states, constraints, input->StateNames());
   if (!members.ok()) return PrintError(members.status(), kBadInput);
   if (command.detach) {
     if (!interrupt) interrupt.emplace();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/match.h"
@@ -48,7 +49,9 @@ double CheckedNumber(const std::string& text, const NumberRule& rule, const std:
     if (rule.whole && value && *value != std::floor(*value)) {
       throw CLI::ValidationError(option, fmt::format("\"{}\" is not a whole number", text));
     }
-    throw CLI::ValidationError(option, fmt::format("\"{}\" is not {}", text, rule.words));
+    // The engine's rules begin with the bounds.
+    const char* const article = std::string_view(rule.words).starts_with("at least") ? "a number of " : "";
+    throw CLI::ValidationError(option, fmt::format("\"{}\" is not {}{}", text, article, rule.words));
   }
   return *value;
 }
@@ -62,7 +65,8 @@ void AddTimes(const std::string& entry, const NumberRule& rule, const std::strin
   if (first == std::string::npos) return times.push_back(CheckedNumber(entry, rule, option));
   const std::size_t second = std::min(entry.find(':', first + 1), entry.size());
   const double begin = CheckedNumber(entry.substr(0, first), rule, option);
-  const double step = CheckedNumber(entry.substr(first + 1, second - first - 1), Positive(), option);
+  const double step = CheckedNumber(entry.substr(first + 1, second - first - 1),
+                                    {"the step of a range begin:step:end, a number above 0", Positive().least}, option);
   const double end = CheckedNumber(second < entry.size() ? entry.substr(second + 1) : "",
                                    {"the end of a range begin:step:end", rule.least}, option);
   const double steps = (end - begin) / step;
@@ -70,6 +74,12 @@ void AddTimes(const std::string& entry, const NumberRule& rule, const std::strin
     static constexpr char kRule[] =
         "\"{}\" is not a range begin:step:end whose end is after its beginning, with at most {} steps";
     throw CLI::ValidationError(option, fmt::format(kRule, entry, kMaxTimes));
+  }
+  if (steps > 0 && steps < 1 - 1e-9) {
+    // Most likely begin:end:step, as other programs write it; it would be one time.
+    static constexpr char kRule[] =
+        "\"{0}\" has a step of {1:g} from {2:g} to {3:g}; ranges are begin:step:end, as in {2:g}:{3:g}:{1:g}";
+    throw CLI::ValidationError(option, fmt::format(kRule, entry, step, begin, end));
   }
   const double nearest = std::round(steps);
   const bool meets_end = std::abs(steps - nearest) <= 1e-9 * std::max(1.0, nearest);

@@ -32,6 +32,7 @@ struct NumberRule {
   bool Holds(double value) const { return value >= least && value <= most && (!whole || value == std::floor(value)); }
 };
 constexpr NumberRule Positive() { return {"a number above 0", std::numeric_limits<double>::denorm_min()}; }
+constexpr NumberRule Seconds() { return {"a number of seconds above 0", Positive().least}; }
 constexpr NumberRule Within(const char* words, double least, double most) { return {words, least, most}; }
 constexpr NumberRule Whole(const char* words, double least, double most = 9e15) { return {words, least, most, true}; }
 

@@ -20,7 +20,7 @@ namespace {
 
 absl::Status CannotWrite(const std::string& path, int error) {
   return absl::InvalidArgumentError(
-      fmt::format("cannot write {}: {}; choose another place for --output", path, std::strerror(error)));
+      fmt::format("cannot write {}: {}; choose another place", path, std::strerror(error)));
 }
 
 // The mode of a new file; mkstemp uses 0600 and ignores the umask.

@@ -235,7 +235,8 @@ TEST(CommandLineTest, NamesOptionValueAndRule) {
   EXPECT_THAT(Refused({"solve", "p.json", "--step", "nan"}), HasSubstr("\"nan\" is not a number above 0"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step", "1e-3x"}), HasSubstr("\"1e-3x\""));
   EXPECT_THAT(Refused({"solve", "p.json", "--steps", "2.5"}), HasSubstr("\"2.5\" is not a whole number"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:0:1"}), HasSubstr("\"0\" is not a number above 0"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:0:1"}),
+              HasSubstr("\"0\" is not the step of a range begin:step:end"));
   EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:1"}), HasSubstr("the end of a range begin:step:end"));
   EXPECT_THAT(Refused({"solve", "p.json", "--at", "2:1:1"}), HasSubstr("\"2:1:1\" is not a range begin:step:end"));
   EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:1e-9:1"}), HasSubstr("at most 10000000 steps"));
@@ -260,6 +261,42 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
   EXPECT_THAT(Refused({file.c_str()}), HasSubstr("is a file, not a command; did you mean dlcs solve " + file + "?"));
 }
 
+TEST(CommandLineTest, SaysWhatToDoAboutAWrongOption) {
+  EXPECT_THAT(Refused({"solve", "p.json", "q.json"}),
+              HasSubstr("\"q.json\" is one word too many; dlcs solve takes PROBLEM alone"));
+  EXPECT_THAT(Refused({"ensemble", "p.json", "m.json", "q.json"}),
+              HasSubstr("dlcs ensemble takes PROBLEM and MEMBERS"));
+  EXPECT_THAT(Refused({"solve", "p.json", "tolerance", "1"}),
+              HasSubstr("\"tolerance\" is not known here; did you mean --tolerance?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--step", "1", "--steps", "3"}), HasSubstr("; give one of them"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--steps", "1", "--steps", "3"}),
+              HasSubstr("--steps is there more than once"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--tolerance", "1e-20"}),
+              HasSubstr("\"1e-20\" is not a number of at least 1e-13 and below 1"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--deadline", "1m"}), HasSubstr("\"1m\" is not a number of seconds above 0"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:0:1"}),
+              HasSubstr("\"0\" is not the step of a range begin:step:end, a number above 0"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:1:0.1"}),
+              HasSubstr("\"0:1:0.1\" has a step of 1 from 0 to 0.1; ranges are begin:step:end, as in 0:0.1:1"));
+  EXPECT_THAT(Refused({"submit", "p.json", "--deadline", "3"}), HasSubstr("did you mean --within?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--within", "3"}), HasSubstr("did you mean --deadline?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--rtol", "1e-3"}), HasSubstr("did you mean --tolerance?"));
+  EXPECT_THAT(Refused({"list", "--limit", "3"}), Not(HasSubstr("did you mean")));
+}
+
+TEST(CommandLineTest, WritesNoTableIntoAFileOfAnotherFormat) {
+  EXPECT_THAT(Refused({"solve", "p.json", "--output", "r.svg"}),
+              HasSubstr("r.svg would be a table; pictures are drawn by --plot FILE.svg"));
+  EXPECT_THAT(
+      Refused({"solve", "p.json", "--output", "r.XLSX"}),
+      HasSubstr("r.XLSX would be a table, and .xlsx is the ending of another format; name a file that ends with .csv"));
+  for (const char* name : {"r.txt", "r", "r.1", "-"}) {
+    EXPECT_FALSE(std::holds_alternative<ExitCode>(Parse({"solve", "p.json", "--output", name}).parsed)) << name;
+  }
+  const Outcome asked = Parse({"solve", "p.json", "--output", "r.xls", "--format", "csv"});
+  EXPECT_FALSE(std::holds_alternative<ExitCode>(asked.parsed));
+}
+
 TEST(CommandLineTest, NamesAnUnknownOptionBeforeWhatIsMissing) {
   for (const char* command : {"solve", "lcp", "ensemble", "delete"}) {
     EXPECT_THAT(Refused({command, "--hlp"}), AllOf(HasSubstr("\"--hlp\" is not known here; did you mean --help?"),
@@ -271,7 +308,7 @@ TEST(CommandLineTest, RefusesWhatIsMissing) {
   EXPECT_THAT(Refused({}), HasSubstr("solve, ensemble, analyze, lcp, dcp, model, netlist, plot, capabilities, health, "
                                      "context, workers, completion, man, or with jobs submit, watch"));
   EXPECT_THAT(Refused({"solve"}), HasSubstr("PROBLEM"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--step"}), HasSubstr("--step"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--step"}), HasSubstr("--step has no value; write --step H"));
   EXPECT_THAT(Refused({"dcp", "d.json", "--step", "-1"}), HasSubstr("\"-1\" is not a number above 0"));
   EXPECT_THAT(Refused({"dcp", "d.json", "--step", "1", "--check", "v.json"}), HasSubstr("--check"));
   EXPECT_THAT(Refused({"lcp", "l.json", "--al"}), HasSubstr("did you mean --all?"));

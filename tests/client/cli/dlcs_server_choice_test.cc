@@ -53,6 +53,10 @@ TEST(DlcsServerChoiceTest, TakesTheServerFromTheEnvironmentOrAContext) {
   const std::string config_home = "XDG_CONFIG_HOME=" + folder + " ";
   EXPECT_EQ(RunDlcs("context set lab --server " + address, config_home).code, 0);
   EXPECT_EQ(RunDlcs("context set far --server far.example:1 --tls", config_home).code, 0);
+  EXPECT_THAT(RunDlcs(solve, "DLCS_SERVER=here ").err, HasSubstr("DLCS_SERVER: \"here\" is not HOST:PORT"));
+  const ProgramOutcome wrong = RunDlcs("context set wrong --server far.example", config_home);
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("--server: \"far.example\" is not HOST:PORT"));
   EXPECT_EQ(RunDlcs("context use lab", config_home).code, 0);
   EXPECT_THAT(RunDlcs("context list", config_home).out,
               AllOf(HasSubstr("* lab"), HasSubstr("  far"), HasSubstr("encrypted")));

@@ -57,6 +57,20 @@ TEST(MembersFileTest, ReadsATableOfInitialStates) {
   }
 }
 
+TEST(MembersFileTest, TakesNoColumnForAnotherState) {
+  const auto why_not = [](const std::string& text) {
+    return std::string(ParseMembers(text, "m.csv", 2, 1, {"height", "speed"}).status().message());
+  };
+  EXPECT_EQ(why_not("height, speed\n1,2\n"), "");
+  EXPECT_EQ(why_not("\"height\",\"speed\"\r\n1,2\n"), "");
+  EXPECT_EQ(why_not("x1,x2\n1,2\n"), "");
+  for (const std::string names : {"speed, height", "x2, x1", "height", "height, speed, force"}) {
+    EXPECT_EQ(why_not(names + "\n1,2\n"), "m.csv, line 1: the columns are " + names +
+                                              "; must be the states in their order, height, speed, or leave this line "
+                                              "out");
+  }
+}
+
 TEST(MembersFileTest, NamesMemberAndPlaceOfEveryMistake) {
   EXPECT_THAT(
       WhyNot(R"([{"x0": ["a"]}, {"X0": [1]}, 7, {"label": 1}])"),

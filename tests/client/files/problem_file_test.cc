@@ -211,7 +211,23 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"SingleQuotes", "{'T': 1}", {"column 2", "double quotes"}},
         Broken{"Comment", "{\n// horizon\n\"T\": 1}", {"line 2, column 1", "no comments"}},
         Broken{"BareFormula", "{\"f\": [sin(t)]}", {"line 1", "sin", "double quotes"}},
-        Broken{"TextAfterTheEnd", Example() + " 7", {"line 1, column 109", "expected end of input"}},
+        Broken{"TextAfterTheEnd",
+               Example() + " 7",
+               {"line 1, column 109", "there is something after the end of the object"}},
+        Broken{"AnObjectAfterTheEnd", Example() + Example(), {"there is something after the end", "a file holds one"}},
+        Broken{"Yaml", "# A system\nA: [[-1]]\n", {"line 1, column 1", "no comments"}},
+        Broken{"YamlWithoutComment",
+               "\nA: [[-1]]\n",
+               {"line 2, column 1: begins with \"A:\"; JSON is one object {\"KEY\": VALUE, ...}"}},
+        Broken{"Table", "1;2\n3;4\n", {"line 1, column 1: begins with \"1;2\"; JSON is one object"}},
+        Broken{"Octave", "A = [1 2; 3 4];\n", {"begins with \"A\"; JSON is one object", "keys in double quotes"}},
+        Broken{"IndicesFromOne",
+               Example({{"N", {{"rows", 1}, {"columns", 2}, {"entries", {{1, 2, 1}}}}}}),
+               {"N.entries[0][0] is a number (1); must be a whole number from 0 to 0, since rows and columns count "
+                "from 0"}},
+        Broken{"LimitOfNoOutput",
+               Example({{"outputs", {{"names", {"power"}}, {"limits", {{"powr", 1}}}}}}),
+               {"\"powr\" is not a known key in outputs.limits; did you mean \"power\"?"}},
         Broken{"KeyTwice", With("\"T\": 2"), {"key \"T\" is given twice"}},
         Broken{"KeyTwiceInside", With("\"pieces\": [{\"t0\": 0, \"t0\": 1}]"), {"\"t0\"", "twice", "\"pieces\""}},
         Broken{"TooDeep", With("\"refs\": " + std::string(50, '[') + std::string(50, ']')), {"deeper than 32"}},
@@ -228,7 +244,9 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"NullInMatrix", With("\"break_points\": [null]"), {"break_points[0] is null; must be a number"}},
         Broken{"BooleanHorizon", Example({{"T", true}}), {"T is true; must be a number"}},
         Broken{"ScalarState", Example({{"x0", 1}}), {"x0 is a number (1); must be a list of numbers"}},
-        Broken{"RaggedRows", Example({{"A", {{1, 2}, {3}}}}), {"A[1] has 1 values but A[0] has 2", "same length"}},
+        Broken{"RaggedRows",
+               Example({{"A", {{1, 2}, {3}}}}),
+               {"A[1] has length 1, but A[0] has length 2; all rows must have the same"}},
         Broken{"ColumnAsList", Example({{"B", {1, 2}}}), {"B[0] is a number (1)", "[[1], [2]]"}},
         Broken{"EmptyMatrix", Example({{"M", nlohmann::json::array()}}), {"M is an empty list", "list of rows"}},
         Broken{"EmptyRow", Example({{"N", {nlohmann::json::array()}}}), {"N is a list of empty rows"}},
@@ -317,7 +335,7 @@ TEST(ProblemFileTest, RefusesFilesThatCannotBeRead) {
   EXPECT_THAT(std::string(missing.status().message()), HasSubstr("no/such/file.json"));
   const auto folder = ReadProblemFile(dlcs::testing::ProjectPath("tests/cases"));
   EXPECT_EQ(folder.status().code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(folder.status().message()), HasSubstr("Is a directory"));
+  EXPECT_THAT(std::string(folder.status().message()), HasSubstr("is a folder; name a file in it"));
 }
 
 TEST(ProblemFileTest, ReadsRuleAndSelector) {

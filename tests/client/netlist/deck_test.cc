@@ -124,6 +124,8 @@ TEST(DeckTest, SaysWhatItTakesForNumbersThatSourcesDoNotGive) {
   EXPECT_THAT(notes("EXP(0 1 1u)", "1u 1m"), Contains(HasSubstr("TD2 = 2e-06")));
   EXPECT_THAT(notes("PULSE(0 1 0 0 0 5u 10u)", "1m"), Contains(HasSubstr("its edges are jumps")));
   EXPECT_THAT(notes("SIN(0 1 50)", "1u 1m"), ElementsAre());
+  EXPECT_THAT(notes("5\nR2 a 0 1M", "1u 1m"), ElementsAre("a.cir:3:8: 1M is 0.001 ohm: m is milli, and mega is meg"));
+  EXPECT_THAT(notes("5\nR2 a 0 1MEG\nR3 a 0 1m\nR4 a 0 {1M}", "1u 1m"), ElementsAre());
   const std::string rest = "R1 a 0 1\n" + std::string(kRest);
   EXPECT_THAT(Fault("V1 a 0 PULSE(-1 1 0 4u 5u 0 10u)\n" + rest), HasSubstr("for a triangle write a short time"));
   EXPECT_THAT(notes("PULSE(-1 1 0 {0.3/fs} {0.7/fs} 0 {1/fs})\n.param fs=7k", "1u 1m"),
@@ -552,7 +554,8 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("B1 a 0 V=1/time\n" + rest), HasSubstr("not finite"));
   EXPECT_THAT(Fault("V1 a 0 PWL(0 0 1u 1) r=1u\n" + rest), HasSubstr("before its last time"));
   EXPECT_THAT(Fault("V1 a 0 PWL REPEAT (0 0 1u 1) ENDREPEAT\n" + rest), HasSubstr("REPEAT FOREVER (...) ENDREPEAT"));
-  EXPECT_THAT(Fault("R1 a 0 {Rload}\n" + rest), HasSubstr("at column 1 of \"Rload\": \"Rload\" is not a parameter"));
+  EXPECT_THAT(Fault("R1 a 0 {Rload}\n" + rest),
+              HasSubstr("at column 1 of \"Rload\": \"Rload\" is not a parameter; define it with .param Rload=VALUE"));
   EXPECT_THAT(Fault("R1 a 0 {2*3\n" + rest), AllOf(HasSubstr("a.cir:2:8"), HasSubstr("this { is not closed")));
   EXPECT_THAT(Fault("R1 a 0 '2*3 IC=1\n" + rest), AllOf(HasSubstr("a.cir:2:8"), HasSubstr("this ' is not closed")));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1m 1u\n"), HasSubstr("TSTEP = 0.001 is longer than TSTOP = 1e-06"));
@@ -569,6 +572,8 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("D1 a 0 NIX\n" + rest), HasSubstr("there is no .model NIX"));
   EXPECT_THAT(Fault("D1 a 0 SX\n.model SX SW(VT=1)\n" + rest), HasSubstr("of type sw"));
   EXPECT_THAT(Fault("D1 a 0 DX\n.model DX D(ZAP=1)\n" + rest), HasSubstr("zap is not supported"));
+  EXPECT_THAT(Fault("D1 a 0 DX\n.model DX D(VFW=1)\n" + rest), HasSubstr("vfw is not supported; did you mean vfwd?"));
+  EXPECT_THAT(Fault(".modle DX D\n" + rest), HasSubstr(".modle is not supported; did you mean .model?"));
   EXPECT_THAT(Fault("X1 a 0 NIX\n" + rest), HasSubstr("there is no .subckt NIX"));
   EXPECT_THAT(Fault("X1 a NET\n.subckt NET a b\nR1 a b 1\n.ends\n" + rest),
               HasSubstr("has 1 nodes, but .subckt NET has 2: a b"));

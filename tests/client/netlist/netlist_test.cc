@@ -763,6 +763,11 @@ TEST(NetlistTest, SaysWhyACircuitHasNoSolution) {
               AllOf(HasSubstr("nodes b and c"), HasSubstr("R1")));
   const auto untitled = ReadNetlist("V1 a 0 5\nR1 a b 1k\nC1 b 0 1u\n.tran 1u 1m\n", "a.cir", "", {});
   EXPECT_THAT(std::string(untitled.status().message()), HasSubstr("line 1 of a deck is its title"));
+  for (const char* empty : {"", "\n \n"}) {
+    EXPECT_EQ(std::string(ReadNetlist(empty, "a.cir", "", {}).status().message()), "a.cir: the file is empty");
+  }
+  EXPECT_THAT(std::string(ReadNetlist("{\"A\": [[-1]]}", "a.json", "", {}).status().message()),
+              HasSubstr("holds JSON and no deck; dlcs solve reads problem files as they are"));
   const auto schematic = ReadNetlist("Version 4\nSHEET 1 880 680\nWIRE 0 0 0 1\n", "a.asc", "", {});
   EXPECT_THAT(std::string(schematic.status().message()), HasSubstr("a schematic of LTspice"));
   const ProgramOutcome interrupted =

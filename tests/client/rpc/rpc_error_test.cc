@@ -55,6 +55,8 @@ TEST(RpcErrorTest, TellsAMissingServerFromOneThatShutsDown) {
       AllOf(HasSubstr("no server answers at host:1"), HasSubstr("Check host and port"), Not(HasSubstr("--listen"))));
   const grpc::Status refused(grpc::StatusCode::UNAVAILABLE, "connection refused");
   EXPECT_THAT(std::string(DescribeRpcError(refused, "localhost:1").message()), HasSubstr("dlcsd --listen localhost:1"));
+  EXPECT_THAT(Words(grpc::Status(grpc::StatusCode::UNAVAILABLE, "failed: Trying to connect an http1.x server")),
+              AllOf(HasSubstr("the program at host:1 speaks HTTP/1.1 and not gRPC"), HasSubstr("--http-listen")));
   google::rpc::ErrorInfo info;
   info.set_domain("dlcs.v1");
   EXPECT_THAT(Words(Rich(grpc::StatusCode::UNAVAILABLE, "shutting down", info)),

@@ -45,7 +45,7 @@ TEST(FormulaVariables, OutOfRangeAreExplained) {
   EXPECT_THAT(ErrorOf("y01", {3, 1}), HasSubstr("without leading zeros"));
   EXPECT_THAT(ErrorOf("x99999999999999999999", {3, 1}), HasSubstr("there are only 3 states"));
   EXPECT_THAT(ErrorOf("x1(3)", {3, 1}), HasSubstr("'x1' is not a function"));
-  EXPECT_THAT(ErrorOf("foobar", {3, 2}), HasSubstr("the names are t x1 ... x3 y1 ... y2 pi e"));
+  EXPECT_THAT(ErrorOf("foobar", {3, 2}), HasSubstr("the names are t x1 ... x3 y1 y2 pi e"));
   EXPECT_THAT(ErrorOf("x1", {}), HasSubstr("unknown name 'x1'"));
 }
 

@@ -63,8 +63,8 @@ TEST(ProblemTest, NamesEveryShapeThatDoesNotFit) {
                 p.g = TimeFunction::Zero(2);
               }),
               ElementsAre("B: 3x2; must be m x n = 2x3 (m from A, n from M)",
-                          "N: 2x2; must be n x m = 3x2 (m from A, n from M)", "g: 2 components; must be 3",
-                          "x0: 1 components; must be m = 2 (from A)"));
+                          "N: 2x2; must be n x m = 3x2 (m from A, n from M)",
+                          "g: 2 components; must be 3, one for each pair", "x0: 1 component; must be m = 2 (from A)"));
 }
 
 TEST(ProblemTest, WantsASelectorForTheMinimizerAndNobodyElse) {

@@ -193,13 +193,13 @@ TEST(TimeFunctionTest, FindsNothingWrongWithSoundFunctions) {
 
 TEST(TimeFunctionTest, NamesWhatIsWrongWithAConstant) {
   EXPECT_THAT(Complaints(TimeFunction::Constant(Vector({{1, kNaN, 2, -kInfinity}})), 3),
-              ElementsAre("f: 4 components; must be 3", "f[1]: nan; every entry must be finite",
+              ElementsAre("f: 4 components; must be 3, one for each state", "f[1]: nan; every entry must be finite",
                           "f[3]: -inf; every entry must be finite"));
 }
 
 TEST(TimeFunctionTest, NamesWhatIsWrongWithFormulas) {
   EXPECT_THAT(Complaints(TimeFunction::Formulas({"t", "2t", "sine(t)"}), 2),
-              ElementsAre("f: 3 components; must be 2",
+              ElementsAre("f: 3 components; must be 2, one for each state",
                           "f[1]: at position 2: found 't'; an operator is expected here, and a product is written "
                           "with *, as in 2*t",
                           "f[2]: at position 1: unknown name 'sine'; did you mean 'sin'?"));
@@ -239,7 +239,8 @@ TEST(TimeFunctionTest, NamesThePieceWhereThereAreSeveral) {
                           "== to compare",
                           "f.pieces[2].start: 1; must be greater than the start before it, 1",
                           "f.pieces[2].times[1]: 0; must be greater than the time before it, 0",
-                          "f.pieces[3].start: nan; every time must be finite", "f.pieces[3]: 2 components; must be 1"));
+                          "f.pieces[3].start: nan; every time must be finite",
+                          "f.pieces[3]: 2 components; must be 1, one for each state"));
   EXPECT_THAT(Complaints(TimeFunction{}, 1), ElementsAre("f: no pieces; a time function has at least one"));
 }
 

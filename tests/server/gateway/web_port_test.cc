@@ -269,6 +269,8 @@ TEST_F(WebPortTest, RefusesWhatAProtocolCannotDo) {
               HasSubstr("application/connect+json"));
   EXPECT_EQ(Fetch(address_, {.path = kSolvePath}).status, 405);
   EXPECT_EQ(PostJson("/dlcs.v1.SolverService/Nothing").status, 404);
+  EXPECT_THAT(PostJson("/dlcs.v1.JobService/ListSolveJob").body,
+              HasSubstr("did you mean /dlcs.v1.JobService/ListSolveJobs?"));
   EXPECT_EQ(PostJson("/").status, 405);
   EXPECT_EQ(Fetch(address_, {.path = "/nothing"}).status, 404);
   const auto upload = FramesIn(Post("/dlcs.v1.ProblemService/UploadProblem", "application/grpc-web", Framed("")).body);

@@ -93,6 +93,7 @@ TEST(ListenAddressTest, SaysThatAHostIsUnknownOrElsewhere) {
   // An address for documentation, which no machine has.
   const absl::Status elsewhere = CheckCanListen({.host = "192.0.2.1", .port = 50051, .path = {}});
   EXPECT_EQ(elsewhere.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(elsewhere.message()), HasSubstr("this machine does not have that address"));
 }
 
 }  // namespace

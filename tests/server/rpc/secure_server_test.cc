@@ -504,7 +504,7 @@ TEST_F(SecureDlcsdTest, MakesTokens) {
   Start(access, false);
   EXPECT_TRUE(Ask(Options(token)).ok());
 
-  EXPECT_THAT(WhatEnds({"token", "alice", "--save", saved}, 2), HasSubstr("File exists"));
+  EXPECT_THAT(WhatEnds({"token", "alice", "--save", saved}, 2), HasSubstr("File exists; it may hold another token"));
   EXPECT_THAT(WhatEnds({"token", "two words"}, 2), HasSubstr("NAME \"two words\": must be 1 to 128 letters"));
   EXPECT_THAT(WhatEnds({"token", "alice", "--right", "owner"}, 2),
               HasSubstr("--right: \"owner\" is none of reader, submitter, admin"));

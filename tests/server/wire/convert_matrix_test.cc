@@ -91,7 +91,7 @@ TEST(ConvertMatrixTest, NamesWhatIsWrong) {
       {Sparse(2, 2, {{0, 0, 1}, {2, 0, 1}}), "A.sparse.row_indices[1]", "2; must be at least 0 and below 2"},
       {Sparse(2, 2, {{0, -1, 1}}), "A.sparse.column_indices[0]", "-1; must be at least 0 and below 2"},
       {Sparse(2, 2, {{1, 0, 1}, {0, 0, 5}, {1, 0, 2}}), "A.sparse.values[2]",
-       "row 1, column 0 has values[0] already; every position may occur only once"},
+       "row 1, column 0 is that of entry 0 too, counted from 0; every position may occur only once"},
       {Sum({}), "A.kronecker_sum", "no factors"},
       {Sum({one, Sparse(2, 1, {})}), "A.kronecker_sum.factors[1]", "2x1; must be square"},
       {Sum({one, Sum({one})}), "A.kronecker_sum.factors[1]", "must be dense or sparse"},

@@ -7,7 +7,7 @@ from typing import Any, Dict, Optional, Sequence, Tuple
 import numpy as np
 
 from . import messages
-from .errors import invalid, shortened, text
+from .errors import InvalidArgument, invalid, shortened, text
 from .sources import time_function
 
 DEFAULT_TOL = 1e-6
@@ -74,7 +74,7 @@ def _set_options(options: Any, given: dict) -> None:
         if name == "output_times":
             raise invalid(name, "is not an option; did you mean t_eval?")
         if field is None:
-            near = difflib.get_close_matches(name, fields, 1)
+            near = ["tol"] if name in ("rtol", "atol") else difflib.get_close_matches(name, fields, 1)
             raise invalid(name, "is not an option" + (f"; did you mean {near[0]}?" if near else ""))
         if field.enum_type is not None and isinstance(value, str):
             prefix = next(iter(field.enum_type.values_by_name)).rsplit("UNSPECIFIED", 1)[0]
@@ -99,10 +99,13 @@ def _set_options(options: Any, given: dict) -> None:
 
 def tolerance(value: Any) -> float:
     """`value` if it is a positive number. Raises InvalidArgument."""
-    tol = numbers("tol", value, 0)
+    try:
+        tol = float(numbers("tol", value, 0))
+    except (InvalidArgument, TypeError):
+        tol = np.nan
     if not 0 < tol < np.inf:
         raise invalid("tol", f"{shortened(value)}; must be a positive number")
-    return float(tol)
+    return tol
 
 
 class Problem:

@@ -138,9 +138,10 @@ TEST_F(PlotCommandTest, ATitleIsTextAndNoCommand) {
 
 TEST_F(PlotCommandTest, BadInputIsNamedAndNothingIsWritten) {
   const std::string picture = folder_.File("result.svg");
-  EXPECT_THAT(Plot(folder_.File("missing.json"), picture).err, HasSubstr("No such file"));
+  EXPECT_THAT(Plot(folder_.File("missing.json"), picture).err, HasSubstr("there is no such file; check the path"));
   EXPECT_THAT(Plot(result_, folder_.File("result.gif")).err, HasSubstr("must end with .svg or .png"));
-  EXPECT_THAT(Plot(dlcs::testing::ExamplePath("rectifier"), picture).err, HasSubstr("no trajectory to draw"));
+  EXPECT_THAT(Plot(dlcs::testing::ExamplePath("rectifier"), picture).err,
+              AllOf(HasSubstr("no trajectory to draw"), HasSubstr("dlcs solve PROBLEM --plot FILE.svg draws at once")));
   std::ofstream(folder_.File("text")) << "no JSON";
   EXPECT_THAT(Plot(folder_.File("text"), picture).err, HasSubstr("is not the JSON"));
   auto root = nlohmann::json::parse(ContentOf(result_));
@@ -149,8 +150,30 @@ TEST_F(PlotCommandTest, BadInputIsNamedAndNothingIsWritten) {
   const ProgramOutcome cut = Plot(folder_.File("short.json"), picture);
   EXPECT_EQ(cut.code, 2);
   EXPECT_THAT(cut.err, HasSubstr("missing values"));
-  EXPECT_NE(Plot(result_, folder_.File("no/such/folder/a.svg")).code, 0);
+  const ProgramOutcome nowhere = Plot(result_, folder_.File("no/such/folder/a.svg"));
+  EXPECT_EQ(nowhere.code, 2);
+  EXPECT_THAT(nowhere.err,
+              AllOf(HasSubstr("there is no folder " + folder_.File("no/such/folder")), Not(HasSubstr("gnuplot"))));
+  EXPECT_THAT(RunDlcs("plot '" + result_ + "' --show volts --output '" + picture + "'").err,
+              HasSubstr("\"volts\" is not a component of the result, which has i, v, diode, w(diode); x, y and w"));
   EXPECT_FALSE(std::filesystem::exists(picture));
+}
+
+// Before the solve, which may take long.
+TEST_F(PlotCommandTest, ASolveWhosePictureHasNoFolderDoesNotBegin) {
+  const ProgramOutcome refused = RunDlcs("solve " + QuotedExample("rectifier") + " --plot /no/such/folder/a.svg");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_EQ(refused.out, "");
+  EXPECT_THAT(refused.err, HasSubstr("--plot /no/such/folder/a.svg: there is no folder /no/such/folder"));
+}
+
+// gnuplot ends with 0 then.
+TEST_F(PlotCommandTest, AFullDiskIsReported) {
+  const std::string full = folder_.File("full.svg");
+  std::filesystem::create_symlink("/dev/full", full);
+  const ProgramOutcome outcome = Plot(result_, full);
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("No space left on device; is the disk full?"));
 }
 
 }  // namespace
