@@ -187,6 +187,10 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   }
 }
 
+Vector ErrorGrowth::Unexplained(const Vector& change) const {
+  return (change.cwiseAbs() - RowMaxAbs(errors_)).cwiseMax(0);
+}
+
 void ErrorGrowth::AddMissed(const Vector& amount) {
   for (Index e = 0; e < kErrors; ++e) AddTo(e, amount);
 }

@@ -48,6 +48,8 @@ class ErrorGrowth {
     Vector y;
   };
   void AddStep(const SmoothStep& step, const StepSources& sources, const Overlooked& overlooked, double s_end);
+  // The part of a change of x that is more than the errors so far.
+  Vector Unexplained(const Vector& change) const;
   // Adds what x may be off by at the time reached.
   void AddMissed(const Vector& amount);
   // What the errors so far are in the guards of `mode`.

@@ -244,12 +244,11 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   sampler_.Sample(t_, step_end, sources_);
   if (!sources_.finite) return FailNonFinite(step_end);
   magnitudes_.RaiseReach(mode_->dynamics, std::max(mode_->rate, 1 / problem_.horizon), sources_.f_size);
-  x_begin_ = x_;
-  if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_))
-    return GiveUpMode("the state is off the constraints of the active set");
   x_start_ = x_;
+  if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_start_))
+    return GiveUpMode("the state is off the constraints of the active set");
   const auto take = [&] {
-    return TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, share, gap_ ? &*gap_ : nullptr);
+    return TakeSmoothStep(*mode_, x_start_, sources_, magnitudes_, tolerance_, share, gap_ ? &*gap_ : nullptr);
   };
   step_ = take();
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
@@ -343,10 +342,15 @@ EventDrivenLoop::Progressed EventDrivenLoop::EndMode(const ModeEnd& mode_end, do
 void EventDrivenLoop::Accept(double end, double s_end) {
   if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
   search_.Lasted(*mode_);
-  output_.AddSmooth(x_begin_, sources_, step_, mode_->active, end, s_end);
+  output_.AddSmooth(x_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
-  errors_.AddStep(step_, sources_, OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end, end - t_), s_end);
+  ErrorGrowth::Overlooked overlooked = OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end, end - t_);
+  // Where x was close to constraints that should not hold yet, its projection onto them is an error.
+  const Vector moved = errors_.Unexplained(x_start_ - x_);
+  overlooked.x += moved;
+  overlooked.slope += problem_.A.AbsTimes(moved);
+  errors_.AddStep(step_, sources_, overlooked, s_end);
   if (flow_) flow_->AddStep(step_, sources_, s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = ValueOf(step_.x, at);

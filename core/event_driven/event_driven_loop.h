@@ -78,8 +78,7 @@ class EventDrivenLoop {
   Vector x_;
   Vector y_;
   Vector w_;
-  Vector x_begin_;  // at t_, before it was projected onto the constraints of a mode
-  Vector x_start_;  // where the last step started: after that
+  Vector x_start_;  // where the last step started: x_, projected onto the constraints of its mode
   Magnitudes magnitudes_;
   DataSizes sizes_;  // known before the solve
   const Mode* mode_ = nullptr;
