@@ -242,7 +242,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   const double share = ShareOfTolerance(length, problem_.horizon);
   const double step_end = length == limit - t_ ? limit : t_ + length;  // not beyond a break point by rounding
   sampler_.Sample(t_, step_end, sources_);
-  if (!sources_.finite) return FailNonFinite(step_end);
+  if (!sources_.finite) return FailNonFinite();
   magnitudes_.RaiseReach(mode_->dynamics, std::max(mode_->rate, 1 / problem_.horizon), sources_.f_size);
   x_begin_ = x_;
   if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_))
@@ -253,7 +253,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   };
   step_ = take();
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
-    if (!sources_.finite) return FailNonFinite(step_end);
+    if (!sources_.finite) return FailNonFinite();
     step_ = take();
   }
   const double shortest = length_.ShortestStep(t_, mode_);
@@ -284,9 +284,9 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   return EndMode(*mode_end, end);
 }
 
-EventDrivenLoop::Progressed EventDrivenLoop::FailNonFinite(double step_end) {
-  context_.Fail(Termination::kNonFinite, t_,
-                "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
+EventDrivenLoop::Progressed EventDrivenLoop::FailNonFinite() {
+  const Sources::NonFinite why = sampler_.WhyNonFinite(sources_);
+  context_.Fail(Termination::kNonFinite, t_, why.message + ".");
   return Progressed::kFailed;
 }
 

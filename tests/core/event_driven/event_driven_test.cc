@@ -455,6 +455,18 @@ TEST(EventDrivenTest, SaysWhenTheStateOverflows) {
   EXPECT_LT(solution.failure_time, 0.08);
 }
 
+TEST(EventDrivenTest, DoesNotCallALargeSourceInfinite) {
+  Problem problem = Scalar(-1, 1, 1, 2);
+  for (const char* source : {"1.7e308*cos(9*t)", "1e307*sin(40*t)"}) {
+    problem.g = TimeFunction::Formulas({source});
+    const Solution large = SolveAt(problem, 1e-9);
+    EXPECT_EQ(large.termination, Termination::kNonFinite) << source;
+    EXPECT_TRUE(large.message.starts_with("g[0] is ")) << large.message;
+    EXPECT_NE(large.message.find("overflow"), std::string::npos) << large.message;
+    EXPECT_EQ(large.message.find("finite"), std::string::npos) << large.message;
+  }
+}
+
 TEST(EventDrivenTest, DoesNotCallGrowthBeyondTheRangeOfNumbersInfeasible) {
   // y = 1000 (x2 - x1) + 0.001 grows like e^{1000 t}, beyond 1.8e308 at t = 0.72.
   Problem problem;
