@@ -95,6 +95,7 @@ bool EventDrivenLoop::Start(double begin) {
   bool y_is_solution = false;
   const std::size_t jumps = context_.solution.jumps.size();
   if (!StartInterval(context_, begin, g, x_, y_, y_is_solution)) return false;
+  if (begin == 0 && context_.solution.jumps.empty()) search_.BeginAt(x_, g);
   if (flow_ && context_.solution.jumps.size() > jumps) flow_->AddJump(context_.jump_derivative);
   return true;
 }

@@ -706,6 +706,48 @@ TEST(EventDrivenTest, CountsASolutionThatRoundingDecides) {
 
 // w = x1 = 1 + cos t - d falls below zero by d at t = π, where y holds it: x1 is d larger from there on, and x2, that
 // nothing else moves, is 1e10 d.
+// x' = 1 + v with v in Sgn(x), and scaled by powers of two: a relay that drives x away from 0. From 0 there are
+// solutions on both sides; from every other x0 one of them, on its side.
+TEST(EventDrivenTest, ARepellingRelayFollowsTheSignOfItsStart) {
+  for (const int unit : {0, -30, 30}) {
+    Problem problem;
+    problem.A = Matrix::Zero(1, 1);
+    problem.B = std::ldexp(1.0, unit) * (Matrix(1, 2) << -1, 0).finished();
+    problem.N = std::ldexp(1.0, -unit) * (Matrix(2, 1) << 1, 0).finished();
+    problem.M = (Matrix(2, 2) << 0, 1, -1, 0).finished();
+    problem.f = TimeFunction::Constant(Vector::Constant(1, std::ldexp(1.0, unit)));
+    problem.g = TimeFunction::Constant(Vector{{0, 2}});
+    problem.horizon = 3;
+    for (const double distance : {1.0, 1e-6, 1e-9, 1e-11, 1e-12, 1e-13, 1e-15, 1e-17, 1e-40}) {
+      for (const double sign : {-1.0, 1.0}) {
+        problem.x0 = Vector::Constant(1, std::ldexp(sign * distance, unit));
+        const Solution solution = SolveAt(problem, kNoTolerance);
+        ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+        EXPECT_NEAR(std::ldexp(LastState(solution)[0], -unit), sign * (3 + distance), 1e-9) << sign * distance;
+      }
+    }
+  }
+}
+
+// Of numbers that are sums themselves, such as 0.1 + 0.2 - 0.3, the sign is rounding: a relay that attracts x holds it
+// at 0 from there, at once.
+TEST(EventDrivenTest, AStartThatIsRoundingRests) {
+  Problem problem;
+  problem.A = Matrix::Zero(1, 1);
+  problem.B = (Matrix(1, 2) << 2, 0).finished();
+  problem.N = (Matrix(2, 1) << 1, 0).finished();
+  problem.M = (Matrix(2, 2) << 0, 1, -1, 0).finished();
+  problem.f = TimeFunction::Constant(Vector::Constant(1, -2));
+  problem.g = TimeFunction::Constant(Vector{{0, 2}});
+  problem.horizon = 3;
+  for (const double start : {0.1 + 0.2 - 0.3, -(0.1 + 0.2 - 0.3), 0.0}) {
+    problem.x0 = Vector::Constant(1, start);
+    const Solution solution = SolveAt(problem, kNoTolerance);
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    EXPECT_NEAR(LastState(solution)[0], 0, 1e-15) << start;
+  }
+}
+
 TEST(EventDrivenTest, FindsShallowContactsOrCountsThem) {
   constexpr double kGain = 1e10;
   for (const double depth : {1e-6, 1e-8, 1e-9, 1e-10, 1e-11}) {
