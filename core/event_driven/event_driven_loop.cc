@@ -445,7 +445,7 @@ void EventDrivenLoop::Finish() {
   cost.steps = record_.steps + record_.coupled_steps;
   cost.coupled_steps = record_.coupled_steps;
   cost.lcps += search_.lcps() + coupled_steps_.lcps();
-  record_.errors = errors_.RelativeTo(magnitudes_);
+  record_.errors = errors_.RelativeTo(magnitudes_, record_.small_but_known);
   context_.certificate.Replace(output_.certificate());
   solution.pieces = output_.TakePieces();
   if (flow_) solution.flow = flow_->Record();

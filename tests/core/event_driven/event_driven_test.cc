@@ -10,9 +10,11 @@
 #include <limits>
 #include <numbers>
 #include <set>
+#include <string>
 
 #include "core/event_driven/interpolant.h"
 #include "core/event_driven/rounded_data.h"
+#include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
@@ -726,6 +728,32 @@ TEST(EventDrivenTest, ARepellingRelayFollowsTheSignOfItsStart) {
         EXPECT_NEAR(std::ldexp(LastState(solution)[0], -unit), sign * (3 + distance), 1e-9) << sign * distance;
       }
     }
+  }
+}
+
+// x1 = 1e6 cos 10t drives x2 = small sin 5t, whose terms of 5e7 cancel but for rounding: the figure counts what that is
+// of x2, also where x2 is no larger than the bound of its rounding.
+TEST(EventDrivenTest, CountsRoundingInWhatIsLeftOfLargeTerms) {
+  Problem problem;
+  problem.A = Matrix{{-100, 0}, {-50, -0.01}};
+  problem.B = Matrix::Zero(2, 1);
+  problem.N = Matrix::Zero(1, 2);
+  problem.M = Matrix{{1}};
+  problem.g = TimeFunction::Constant(Vector{{1}});
+  problem.x0 = Vector{{1e6, 0}};
+  problem.horizon = 3;
+  for (const double small : {1e-2, 1e-4, 1e-5, 2e-6, 1e-6}) {
+    const std::string size = FormatNumber(small);
+    problem.f = TimeFunction::Formulas(
+        {"-1e7*sin(10*t)+100.0*1e6*cos(10*t)", "5e7*cos(10*t)+" + size + "*(5*cos(5*t)+0.01*sin(5*t))"});
+    const Solution solution = SolveAt(problem, kNoTolerance);
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    double error = 0;
+    for (Index k = 0; k < solution.x.cols(); ++k) {
+      error = std::max(error, std::abs(solution.x(1, k) / small - std::sin(5 * solution.times[k])));
+    }
+    EXPECT_GT(error, 1e-8) << size;  // it is rounding
+    EXPECT_GE(solution.accuracy.error, error) << size;
   }
 }
 
