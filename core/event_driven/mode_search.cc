@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/lcp/dense/history_solver.h"
+#include "core/linalg/decompositions.h"
 
 namespace dlcs {
 namespace {
