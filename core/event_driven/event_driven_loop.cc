@@ -95,6 +95,7 @@ bool EventDrivenLoop::Start(double begin) {
   bool y_is_solution = false;
   const std::size_t jumps = context_.solution.jumps.size();
   if (!StartInterval(context_, begin, g, x_, y_, y_is_solution)) return false;
+  if (begin == 0 && context_.solution.jumps.empty()) search_.BeginAt(x_, g);
   if (flow_ && context_.solution.jumps.size() > jumps) flow_->AddJump(context_.jump_derivative);
   return true;
 }
@@ -242,7 +243,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   const double share = ShareOfTolerance(length, problem_.horizon);
   const double step_end = length == limit - t_ ? limit : t_ + length;  // not beyond a break point by rounding
   sampler_.Sample(t_, step_end, sources_);
-  if (!sources_.finite) return FailNonFinite(step_end);
+  if (!sources_.finite) return FailNonFinite();
   magnitudes_.RaiseReach(mode_->dynamics, std::max(mode_->rate, 1 / problem_.horizon), sources_.f_size);
   x_start_ = x_;
   if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_start_))
@@ -252,7 +253,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   };
   step_ = take();
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
-    if (!sources_.finite) return FailNonFinite(step_end);
+    if (!sources_.finite) return FailNonFinite();
     step_ = take();
   }
   const double shortest = length_.ShortestStep(t_, mode_);
@@ -283,9 +284,9 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   return EndMode(*mode_end, end);
 }
 
-EventDrivenLoop::Progressed EventDrivenLoop::FailNonFinite(double step_end) {
-  context_.Fail(Termination::kNonFinite, t_,
-                "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
+EventDrivenLoop::Progressed EventDrivenLoop::FailNonFinite() {
+  const Sources::NonFinite why = sampler_.WhyNonFinite(sources_);
+  context_.Fail(Termination::kNonFinite, t_, why.message + ".");
   return Progressed::kFailed;
 }
 
@@ -448,7 +449,7 @@ void EventDrivenLoop::Finish() {
   cost.steps = record_.steps + record_.coupled_steps;
   cost.coupled_steps = record_.coupled_steps;
   cost.lcps += search_.lcps() + coupled_steps_.lcps();
-  record_.errors = errors_.RelativeTo(magnitudes_);
+  record_.errors = errors_.RelativeTo(magnitudes_, record_.small_but_known);
   context_.certificate.Replace(output_.certificate());
   solution.pieces = output_.TakePieces();
   if (flow_) solution.flow = flow_->Record();

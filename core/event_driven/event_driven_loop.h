@@ -56,7 +56,7 @@ class EventDrivenLoop {
   void CountTimeOfJump(double time, double nearest);
   bool IsStuck();
   bool IsBeyondWork() const;
-  Progressed FailNonFinite(double step_end);
+  Progressed FailNonFinite();
   DataSizes SizesSoFar() const;
   void NoteInterval(double end, const Mode* mode);
   void Record(const EventOutput::SmoothInterval& interval);
