@@ -36,6 +36,7 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double tolerance, Index 
       coupled_steps_(problem_, context.selection, sampler_),
       output_(problem_, context.grid, context.options.keep_pieces),
       errors_(problem_, context.y_is_lipschitz()),
+      repelled_(problem_.num_constraints()),
       progress_(context),
       x_(problem_.x0),
       y_(Vector::Zero(problem_.num_constraints())),
@@ -92,6 +93,7 @@ bool EventDrivenLoop::Start(double begin) {
   sampler_.G(begin, Side::kRight, g);
   // What is no more than the rounding of x is zero: N x alone shows no other size than its own.
   x_ = (x_.array().abs() <= magnitudes_.x_noise.array()).select(0, x_);
+  repelled_ = RepelledStarts(problem_.num_constraints());
   bool y_is_solution = false;
   const std::size_t jumps = context_.solution.jumps.size();
   if (!StartInterval(context_, begin, g, x_, y_, y_is_solution)) return false;
@@ -346,7 +348,8 @@ void EventDrivenLoop::Accept(double end, double s_end) {
   output_.AddSmooth(x_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
-  ErrorGrowth::Overlooked overlooked = OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end, end - t_);
+  ErrorGrowth::Overlooked overlooked =
+      OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end, end - t_, repelled_);
   // Where x was close to constraints that should not hold yet, its projection onto them is an error.
   const Vector moved = errors_.Unexplained(x_start_ - x_);
   overlooked.x += moved;

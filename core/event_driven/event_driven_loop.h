@@ -71,6 +71,7 @@ class EventDrivenLoop {
   CoupledSteps coupled_steps_;
   EventOutput output_;
   ErrorGrowth errors_;
+  RepelledStarts repelled_;
   std::optional<FlowDerivative> flow_;
   Progress progress_;
 
