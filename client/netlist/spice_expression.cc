@@ -183,7 +183,8 @@ class ExpressionReader {
     for (const char* sign : {"<=", ">=", "==", "!=", "<", ">"}) {
       if (!Take(sign)) continue;
       const std::string_view op = sign;
-      const LinearValue right = Terms();
+      value = Settled(value);
+      const LinearValue right = Settled(Terms());
       if (!value.factors.empty() || !right.factors.empty()) {
         if (op == "==" || op == "!=") return Fail("whether voltages or currents are equal is not supported");
         LinearValue truth = {.is_truth = true};
@@ -209,7 +210,7 @@ class ExpressionReader {
       const char sign = Peek();
       if (sign != '+' && sign != '-') return value;
       ++at_;
-      value = Sum(value, Product(), sign == '+' ? 1 : -1);
+      value = Sum(Settled(value), Settled(Product()), sign == '+' ? 1 : -1);
     }
   }
   LinearValue Product() {
@@ -219,7 +220,8 @@ class ExpressionReader {
       if (sign == '*' && text_.substr(at_).starts_with("**")) return value;
       if (sign != '*' && sign != '/') return value;
       ++at_;
-      const LinearValue other = Signed();
+      value = Settled(value);
+      const LinearValue other = Settled(Signed());
       if (value.factors.empty() && other.factors.empty() && (IsOfTime(value) || IsOfTime(other))) {
         value = OfTime(TextOf(value) + sign + TextOf(other));
       } else if (sign == '/') {
@@ -235,9 +237,9 @@ class ExpressionReader {
     if (++nesting_ > kMaxLevels) return Fail(fmt::format("nested deeper than {} levels", kMaxLevels));
     LinearValue value;
     if (Take("-")) {
-      value = Times(Signed(), -1);
+      value = Times(Settled(Signed()), -1);
     } else if (Take("+")) {
-      value = Signed();
+      value = Settled(Signed());
     } else if (Peek() == '!' && !text_.substr(at_).starts_with("!=")) {
       ++at_;
       value = Minus({1}, Truth(Signed(), "! of"));
@@ -255,9 +257,10 @@ class ExpressionReader {
       return Fail("^ is a power in ngspice and an exclusive or in LTspice; write ** for a power");
     }
     if (!Take("**")) return value;
+    value = Settled(value);
     if (is_exponent) return Fail("powers of powers are not read in one order everywhere; write parentheses");
     is_exponent_ = true;
-    const LinearValue raised = Signed();
+    const LinearValue raised = Settled(Signed());
     is_exponent_ = false;
     if (IsOfTime(value) || IsOfTime(raised)) {
       if (value.factors.empty() && raised.factors.empty()) return OfTime(TextOf(value) + "**" + TextOf(raised));
@@ -273,8 +276,7 @@ class ExpressionReader {
       const LinearValue value = OpenChoice();
       const char* close = first == '(' ? ")" : "}";
       if (!Take(close)) return Fail(fmt::format("\"{}\" is missing", close));
-      const char next = Peek();
-      return next == '?' || next == ')' || next == ',' ? value : Settled(value);
+      return value;
     }
     if (IsSpiceDigit(first) || first == '.') {
       const auto [value, length] = LeadingSpiceNumber(text_.substr(at_));
@@ -395,7 +397,9 @@ class ExpressionReader {
     if (name == "table" || name == "pwl") return CallTable(name, arguments);
     if (count == 1 && (name == "u" || name == "stp")) return Step(arguments[0]);
     if (count == 1 && name == "uramp") return Ramp(arguments[0]);
-    if (count == 3 && name == "if" && IsOfTime(arguments[0])) return Chosen(arguments[0], arguments[1], arguments[2]);
+    if (count == 3 && name == "if" && (arguments[0].is_truth || IsOfTime(arguments[0]))) {
+      return Chosen(arguments[0], arguments[1], arguments[2]);
+    }
     if (!has_quantity) return std::nullopt;
     if (count == 1 && name == "sgn") return Piecewise(arguments[0], {.x = {0, 0}, .y = {-1, 1}});
     if (count == 1 && name == "abs") {

@@ -55,6 +55,18 @@ TEST(NetlistTest, AResistorAndACapacitorChargeExponentially) {
   EXPECT_NEAR(Last(result, "i(V1)"), -0.01 * std::exp(-2.0), 1e-11);
 }
 
+// A choice between numbers by one comparison is a comparator, in whatever form it is written.
+TEST(NetlistTest, AChoiceByAComparisonFollowsItsVoltage) {
+  for (const char* value : {"if(V(a)>0.5, 5, 0)", "V(a)>0.5 ? 5 : 0", "(5*(V(a)>0.5))", "limit(10*(V(a)>0.5), 0, 5)"}) {
+    const auto result = Solved(fmt::format("V1 a 0 SIN(0 1 1k)\nB1 o 0 V={{{}}}\nR1 o 0 1k\n.tran 1u 1m\n"
+                                           ".meas tran mean AVG V(o)\n",
+                                           value),
+                               "--at 2.5e-4,7.5e-4");
+    EXPECT_NEAR(result["outputs"]["v(o)"][0].get<double>(), 5, 1e-9) << value;
+    EXPECT_NEAR(Last(result, "v(o)"), 0, 1e-9) << value;
+  }
+}
+
 // A capacitor at 126 V that sources of 1 V do not explain: an inductor charged it. 252 A flow when the switch closes.
 constexpr const char* kBoosted =
     "V1 a 0 1\nL1 a b 1m\nS1 b 0 g 0 SX\nC1 b 0 100p\nRb b 0 10meg\nVg g 0 PULSE(1 0 40u 1n 1n 2.5u)\n"

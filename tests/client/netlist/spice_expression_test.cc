@@ -128,6 +128,12 @@ TEST(SpiceExpressionTest, MakesPiecewiseLinearFunctions) {
     EXPECT_DOUBLE_EQ(at("if(V(a)<0 || V(a)>1, 1, 0) + u(V(a)) + sgn(V(a))", x),
                      (x < 0 || x > 1) + (x > 0) + (x > 0 ? 1 : -1));
     EXPECT_DOUBLE_EQ(at("!(V(a)>0 && V(a)<2) ? 1 : 0", x), !(x > 0 && x < 2));
+    EXPECT_DOUBLE_EQ(at("if(V(a)>1, 5, 2)", x), x > 1 ? 5 : 2);
+    EXPECT_DOUBLE_EQ(at("if(1 >= V(a), 5, 0) + if((V(a)>0), {1}, 0)", x), (x <= 1 ? 5 : 0) + (x > 0 ? 1 : 0));
+    EXPECT_DOUBLE_EQ(at("(5*(V(a)>1))", x), x > 1 ? 5 : 0);
+    EXPECT_DOUBLE_EQ(at("max(2 + (V(a)>1), 2.5)", x), x > 1 ? 3 : 2.5);
+    EXPECT_DOUBLE_EQ(at("if(V(a)>0, 1, (1 - 2*(V(a)<-1)))", x), x < -1 ? -1 : 1);
+    EXPECT_DOUBLE_EQ(at("(-(V(a)>1)) + (0.5 < (V(a)>0))", x), (x > 1 ? -1 : 0) + (x > 0 ? 1 : 0));
     EXPECT_DOUBLE_EQ(at("table(V(a), -1, 2, 1, 4)", x), std::clamp(x + 3, 2.0, 4.0));
     EXPECT_DOUBLE_EQ(at("pwl(V(a), -1, 2, 1, 4)", x), x + 3);
   }
