@@ -604,6 +604,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("E1 a 0 POLY(1) b 0 1 2 3\n" + rest), HasSubstr("powers or products"));
   EXPECT_THAT(Fault("E1 a 0 LAPLACE {V(a)} = {1/s}\n" + rest), HasSubstr("laplace is not supported"));
   EXPECT_THAT(Fault("E1 a 0 b 0 Laplace=1/(1+s)\n" + rest), HasSubstr("laplace is not supported"));
+  EXPECT_THAT(Fault("B1 a 0 V=idt(V(b))\n" + rest), HasSubstr("the current of a capacitor is a derivative"));
   EXPECT_THAT(Fault("E1 a 0 value=V(b)*2\n" + rest), HasSubstr("ENAME NODE NODE VALUE={...}"));
   EXPECT_THAT(Fault("D1 a 0 DX\n.model DX D(VFWD=0.5 RON)\n" + rest),
               AllOf(HasSubstr("a.cir:3:22"), HasSubstr("\"RON\" is not followed by =")));
