@@ -66,6 +66,18 @@ TEST(NetlistTest, AnInductorInSeriesWithADiodeThatBlocksStartsWithoutCurrent) {
   EXPECT_NEAR(Last(result, "i(L1)"), 1.9, 0.01);
 }
 
+// The sources feed themselves: a winding of the wrong sense.
+TEST(NetlistTest, WhatIsNotSolvedIsNotMeasured) {
+  const ProgramOutcome outcome = RunDlcs(
+      "solve " + WriteDeck("V1 in 0 100\nL1 in p 500u\nE1 sx 0 in p 0.1\nF1 p in V2 0.1\nV2 sx s 0\nS1 p 0 g 0 SW\n"
+                           "V3 g 0 PULSE(0 1 0 20n 20n 4u 10u)\nD1 p c DX\nC1 c 0 22n IC=100\nR1 c in 5k\nD2 s out DX\n"
+                           "C2 out 0 100u IC=5\nR2 out 0 1\n.model SW SW(RON=0.1 ROFF=1e5 VT=0.5)\n"
+                           ".model DX D(IS=1e-9 RS=5m)\n.tran 20n 2m uic\n.meas tran mean AVG V(out)\n"));
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.out,
+              AllOf(HasSubstr("stopped before it was measured"), Not(HasSubstr("ask for no output times"))));
+}
+
 // A choice between numbers by one comparison is a comparator, in whatever form it is written.
 TEST(NetlistTest, AChoiceByAComparisonFollowsItsVoltage) {
   for (const char* value : {"if(V(a)>0.5, 5, 0)", "V(a)>0.5 ? 5 : 0", "(5*(V(a)>0.5))", "limit(10*(V(a)>0.5), 0, 5)"}) {
