@@ -619,6 +619,30 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault(""), HasSubstr("no .tran"));
 }
 
+TEST(DeckTest, ReadsThePointsOfSourcesFromFilesBelowItsFolder) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(::testing::TempDir()) / "deck_points";
+  fs::create_directories(folder);
+  std::ofstream(folder / "wave.txt") << "0 0\r\n1m,1\n\n2m\t3\n";
+  const auto read = [&folder](const std::string& line) {
+    return Read(line + "\nR1 a 0 1\n" + kRest, {}, folder.string());
+  };
+  for (const char* line :
+       {"V1 a 0 PWL file=wave.txt", "V1 a 0 PWL FILE = \"wave.txt\"", "V1 a 0 PWL(file='wave.txt')",
+        "V1 a 0\n+ pwl file=wave.txt\n+ td=0", "V1 a 0 PWL REPEAT FOREVER (file=wave.txt) ENDREPEAT"}) {
+    const auto deck = read(line);
+    ASSERT_TRUE(deck.ok()) << deck.status();
+    const auto& wave = std::get<PiecewiseLinearWave>(Named(*deck, "V1").source);
+    EXPECT_EQ(wave.times, (std::vector<double>{0, 1e-3, 2e-3})) << line;
+    EXPECT_EQ(wave.values, (std::vector<double>{0, 1, 3})) << line;
+  }
+  const auto fault = [&read](const std::string& line) { return std::string(read(line).status().message()); };
+  EXPECT_THAT(fault("V1 a 0 PWL file=nix.txt"), AllOf(HasSubstr("a.cir:2:17"), HasSubstr("reads nix.txt")));
+  EXPECT_THAT(fault("V1 a 0 PWL file=/etc/passwd"), HasSubstr("relative"));
+  EXPECT_THAT(fault("V1 a 0 PWL file=\"wave.txt\" zap=1"), AllOf(HasSubstr("a.cir:2:32"), HasSubstr("zap=1")));
+  EXPECT_THAT(Fault("V1 a 0 PWL file=wave.txt\n" + std::string(kRest)), HasSubstr("standard input"));
+}
+
 TEST(DeckTest, IncludesFilesBelowItsFolderOnly) {
   namespace fs = std::filesystem;
   const fs::path folder = fs::path(::testing::TempDir()) / "deck_includes";
