@@ -81,6 +81,18 @@ INSTANTIATE_TEST_SUITE_P(
                       Hard{669430, "PairsThatLeaveWhileOthersJump"}),
     [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
+// The M of a step is M + h N B, of 0.25 and 1e-13: three digits of N B are left, on all grids the same ones. Event
+// location knows of its own error there, and steps must not replace it as if they had none.
+TEST(HostileSystem, IsNotSolvedByStepsWhoseMHidesNB) {
+  const System system = MakeSystem(686528);
+  const Reference reference = ReferenceOf(system);
+  for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
+    const Trial trial = Try(system, reference, {.tolerance = tolerance}, 5);
+    EXPECT_NE(trial.judgment, Judgment::kWrong) << tolerance << ": " << trial.verdict;
+    EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 3) << "at tolerance " << tolerance;
+  }
+}
+
 // M = 0: y follows from x', whose components are so large, and cancel so far, that y had three digits where x had ten,
 // and a pair left too late.
 TEST(HostileSystem, HasAnAccurateYWhereComponentsOfItsSlopeCancel) {
