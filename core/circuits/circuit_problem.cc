@@ -313,8 +313,11 @@ class Formulation {
     const MatrixClass known = Classify(M);
     if (known.p.yes() || known.positive_semidefinite.yes()) return absl::OkStatus();
     problem.rule = SolutionRule::kHistory;
-    const TimeAxis axis{problem.horizon, BreakPoints(problem.g, problem.horizon)};
-    auto evaluator = TimeFunctionEvaluator::Create(problem.g, n, axis);
+    // There may be a piece for each time at which a switch acts.
+    const TimeFunction at_start{.pieces = {problem.g.pieces.front()}, .lift = problem.g.lift};
+    const double end = problem.g.pieces.size() > 1 ? problem.g.pieces[1].start : problem.horizon;
+    const TimeAxis axis{end, BreakPoints(at_start, end)};
+    auto evaluator = TimeFunctionEvaluator::Create(at_start, n, axis);
     if (!evaluator.ok()) return evaluator.status();
     Vector g(n);
     evaluator->Evaluate(axis.Nearest(0), Side::kRight, g);
