@@ -78,7 +78,7 @@ class DeckReader {
     words.erase(words.begin());
     for (const DeckWord& word : words) {
       const std::string lower = Lower(word.text);
-      if (lower == "uic") {
+      if (lower == "uic" || lower == "skipbp") {
         circuit_.circuit().uses_initial_conditions = true;
         continue;
       }

@@ -35,6 +35,16 @@ absl::Status DeckCircuit::AddPassive(const DeckFields& fields, const Instance& i
     const auto plain = WithoutModel(fields, k, instance);
     return plain.ok() ? AddPassive(*plain, instance, std::move(element), kind) : plain.status();
   }
+  // PSpice writes two coefficients, as in TC=0,0.
+  if (const auto tc = fields.named.find("tc"); tc != fields.named.end()) {
+    const auto second = std::find_if(fields.words.begin(), fields.words.end(),
+                                     [&](const DeckWord& word) { return word.offset > tc->second.offset; });
+    if (second != fields.words.end() && !parts_.sets_temperature && ReadSpiceNumber(second->text)) {
+      DeckFields plain = fields;
+      plain.words.erase(plain.words.begin() + (second - fields.words.begin()));
+      return AddPassive(plain, instance, std::move(element), kind);
+    }
+  }
   const std::string key(1, kind);
   const bool by_name = fields.named.contains(key);
   const std::string form =
@@ -99,8 +109,8 @@ absl::StatusOr<DeckFields> DeckCircuit::WithoutModel(const DeckFields& fields, s
 void DeckCircuit::AddRatings(const DeckFields& fields, char kind, std::set<std::string>& known) {
   static const std::map<char, std::set<std::string>> kRatings = {
       {'r', {"tol", "pwr", "mfg", "pn", "type", "ac", "tc", "tc1", "tc2", "noisy"}},
-      {'c', {"v", "irms", "mtbf", "mfg", "pn", "type", "pppkg", "x2"}},
-      {'l', {"ipk", "irms", "mfg", "pn", "type"}}};
+      {'c', {"v", "irms", "mtbf", "mfg", "pn", "type", "pppkg", "x2", "tc"}},
+      {'l', {"ipk", "irms", "mfg", "pn", "type", "tc"}}};
   for (const std::string& rating : kRatings.at(kind)) {
     // A temperature other than the nominal one changes a resistance.
     const bool has_effect = rating.starts_with("tc") && parts_.sets_temperature;
@@ -110,10 +120,10 @@ void DeckCircuit::AddRatings(const DeckFields& fields, char kind, std::set<std::
   }
 }
 
-// What is in series and in parallel with an element, as LTspice has it.
+// What is in series with an element, and in parallel with both, as LTspice has it.
 absl::Status DeckCircuit::AddParasitics(const DeckFields& fields, const Instance& instance, double parallel,
                                         Element& element) {
-  bool has_series = false;
+  const Index plus = element.plus;
   for (const std::string name : {"rser", "lser", "rpar", "cpar"}) {
     const auto given = fields.named.find(name);
     if (given == fields.named.end()) continue;
@@ -123,7 +133,7 @@ absl::Status DeckCircuit::AddParasitics(const DeckFields& fields, const Instance
     const bool is_series = name.ends_with("ser");
     const bool is_inductance = name[0] == 'l' && element.kind == ElementKind::kCapacitor;
     const bool is_supported = name[0] == 'r' || name[0] == 'c' || is_inductance;
-    if (!(*value > 0) || !is_supported || (!is_series && has_series)) {
+    if (!(*value > 0) || !is_supported) {
       return DeckError(fields.line->Place(given->second.offset),
                        fmt::format("{}: {}={} is not supported here; write it as an element", fields.words[0].text,
                                    name, given->second.text));
@@ -134,11 +144,10 @@ absl::Status DeckCircuit::AddParasitics(const DeckFields& fields, const Instance
     part.kind = name[0] == 'r'   ? ElementKind::kResistor
                 : name[0] == 'l' ? ElementKind::kInductor
                                  : ElementKind::kCapacitor;
-    part.plus = element.plus;
+    part.plus = is_series ? element.plus : plus;
     part.minus = element.minus;
     part.value = part.kind == ElementKind::kCapacitor ? *value * parallel : *value / parallel;
     if (is_series) {
-      has_series = true;
       part.minus = static_cast<Index>(circuit_.nodes.size());
       circuit_.nodes.push_back(part.name);
       element.plus = part.minus;
@@ -208,7 +217,16 @@ absl::Status DeckCircuit::AddSource(const DeckFields& fields, const Instance& in
     if (!has_function) element.source = ConstantWave{*value};
     ++k;
   }
+  // ngspice reads = as a blank, as in DC=5.
+  const auto dc = fields.named.find("dc");
+  const bool uses_dc = dc != fields.named.end() && !has_value;
+  if (uses_dc) {
+    const auto value = Value(fields, dc->second, instance);
+    if (!value.ok()) return value.status();
+    if (!has_function) element.source = ConstantWave{*value};
+  }
   std::set<std::string> known = {"rser"};
+  if (!fields.named.contains("dc") || uses_dc) known.insert({"dc", "ac"});
   if (std::holds_alternative<PiecewiseLinearWave>(element.source)) known.insert({"r", "td"});
   if (absl::Status status = RefuseRest(fields, fields.words.size(), known); !status.ok()) return status;
   if (absl::Status status = AddParasitics(fields, instance, 1, element); !status.ok()) return status;
@@ -266,7 +284,14 @@ absl::Status DeckCircuit::AddDiode(const DeckFields& fields, const Instance& ins
   if (!(area > 0))
     return DeckError(fields.Place(4), fmt::format("{}: an area of {:g}; must be above 0", element.name, area));
   if (fields.words.size() > used && Lower(fields.words[used].text) == "off") ++used;
-  if (absl::Status status = RefuseRest(fields, used, {"area", "m"}); !status.ok()) return status;
+  std::set<std::string> known = {"area", "m"};
+  // A diode without capacitance has no initial voltage.
+  for (const std::string name : {"ic", "temp", "dtemp"}) {
+    if (!fields.named.contains(name)) continue;
+    known.insert(name);
+    notes_.Add(fmt::format("{}: {}: {} is ignored", fields.line->Place(), fields.words[0].text, name));
+  }
+  if (absl::Status status = RefuseRest(fields, used, known); !status.ok()) return status;
   const auto diode = DiodeOf(*model->model, fields.words[3].text, area, options_, *model->scope, notes_);
   if (!diode.ok()) return diode.status();
   element.diode = *diode;

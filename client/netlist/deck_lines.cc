@@ -141,6 +141,52 @@ class Splitter {
     return absl::OkStatus();
   }
 
+  // Puts the points of PWL file=NAME in its place, as in PWL (time value ...).
+  absl::Status InsertPoints() {
+    std::size_t bytes = 0;
+    for (DeckLine& line : deck_.lines) {
+      if (line.text[0] != 'V' && line.text[0] != 'v' && line.text[0] != 'I' && line.text[0] != 'i') continue;
+      const std::string lower = Lower(line.text);
+      const std::size_t wave = lower.find("pwl");
+      const std::size_t begin = wave == std::string::npos ? wave : lower.find("file", wave);
+      if (begin == std::string::npos) continue;
+      std::size_t at = lower.find_first_not_of(" \t", begin + 4);
+      if (at == std::string::npos || lower[at] != '=') continue;
+      at = lower.find_first_not_of(" \t", at + 1);
+      if (at == std::string::npos) return DeckError(line.Place(begin), "names no file");
+      const bool is_quoted = lower[at] == '"' || lower[at] == '\'';
+      const std::size_t close = is_quoted ? lower.find(lower[at], at + 1) : lower.find_first_of(" \t)", at);
+      if (is_quoted && close == std::string::npos)
+        return DeckError(line.Place(at), "a file name without closing quote");
+      const std::size_t end = std::min(lower.size(), is_quoted ? close + 1 : close);
+      const std::string name(Unquoted(std::string_view(line.text).substr(at, end - at)));
+      const auto text = TextBelow(line.Place(at), fmt::format("reads {}", name), name);
+      if (!text.ok()) return text.status();
+      std::string points = text->second;
+      if (points.find('\0') != std::string::npos || FindInvalidUtf8(points) != std::string::npos) {
+        return DeckError(line.Place(at), fmt::format("reads {}, which is not text", name));
+      }
+      bytes += points.size();
+      if (bytes > kMaxDeckBytes) return DeckError(line.Place(at), "the points of all files are larger than 16 MiB");
+      std::replace_if(
+          points.begin(), points.end(), [](char letter) { return IsBlank(letter) || letter == '\n'; }, ' ');
+      // As they stand outside of parentheses and inside.
+      const std::size_t open = lower.find_first_not_of(" \t", wave + 3);
+      if (open == begin) points = "(" + points + ")";
+      const DeckLine::Segment source = line.SegmentOf(end);
+      line.text.replace(begin, end - begin, points);
+      std::erase_if(line.segments,
+                    [&](const DeckLine::Segment& one) { return one.offset > begin && one.offset < end; });
+      for (DeckLine::Segment& one : line.segments) {
+        if (one.offset >= end) one.offset += points.size() - (end - begin);
+      }
+      const auto behind = std::find_if(line.segments.begin(), line.segments.end(),
+                                       [&](const DeckLine::Segment& one) { return one.offset > begin; });
+      line.segments.insert(behind, {begin + points.size(), source.line, source.column + (end - source.offset)});
+    }
+    return absl::OkStatus();
+  }
+
   DeckText Take() && { return std::move(deck_); }
 
  private:
@@ -177,14 +223,15 @@ class Splitter {
     return IncludeFile(line, std::string(name), section);
   }
 
-  absl::Status IncludeFile(const DeckLine& line, const std::string& name, const std::optional<std::string>& section) {
+  // The path of a file below the folder of the deck, and its text. `what` says what is done with it.
+  absl::StatusOr<std::pair<std::filesystem::path, std::string>> TextBelow(const std::string& place,
+                                                                          const std::string& what,
+                                                                          const std::string& name) {
     namespace fs = std::filesystem;
-    const std::string what = fmt::format("includes {}", name);
-    if (folder_.empty())
-      return DeckError(line.Place(), what + ", but a deck on standard input has no folder for files");
+    if (folder_.empty()) return DeckError(place, what + ", but a deck on standard input has no folder for files");
     const fs::path given(name);
     if (given.is_absolute()) {
-      return DeckError(line.Place(), what + "; files must be named relative to the deck and be below its folder");
+      return DeckError(place, what + "; files must be named relative to the deck and be below its folder");
     }
     std::error_code error;
     const fs::path root = fs::weakly_canonical(folder_, error);
@@ -192,19 +239,28 @@ class Splitter {
     const fs::path path = fs::weakly_canonical(from / given, error);
     const auto inside = std::mismatch(root.begin(), root.end(), path.begin(), path.end());
     if (error || inside.first != root.end()) {
-      return DeckError(line.Place(), what + ", which is not below the folder of the deck");
+      return DeckError(place, what + ", which is not below the folder of the deck");
     }
     if (std::find(stack_.begin(), stack_.end(), path) != stack_.end()) {
-      return DeckError(line.Place(), what + ", which includes this file: a cycle");
+      return DeckError(place, what + ", which includes this file: a cycle");
     }
     if (stack_.size() >= kMaxDepth) {
-      return DeckError(line.Place(), fmt::format("{}; files are nested deeper than {}", what, kMaxDepth));
+      return DeckError(place, fmt::format("{}; files are nested deeper than {}", what, kMaxDepth));
     }
-    const auto text = ReadTextFile(path.string(), kMaxDeckBytes);
-    if (!text.ok()) return DeckError(line.Place(), fmt::format("{}: {}", what, std::string(text.status().message())));
+    auto text = ReadTextFile(path.string(), kMaxDeckBytes);
+    if (!text.ok()) return DeckError(place, fmt::format("{}: {}", what, std::string(text.status().message())));
+    return std::pair(path, *std::move(text));
+  }
+
+  absl::Status IncludeFile(const DeckLine& line, const std::string& name, const std::optional<std::string>& section) {
+    const auto file = TextBelow(line.Place(), fmt::format("includes {}", name), name);
+    if (!file.ok()) return file.status();
+    const auto& [path, text] = *file;
+    std::error_code error;
+    const std::filesystem::path root = std::filesystem::weakly_canonical(folder_, error);
     stack_.push_back(path);
     found_section_ = false;
-    const absl::Status status = Split(*text, path.lexically_relative(root).string(), /*is_deck=*/false, section);
+    const absl::Status status = Split(text, path.lexically_relative(root).string(), /*is_deck=*/false, section);
     stack_.pop_back();
     if (status.ok() && section && !found_section_) {
       return DeckError(line.Place(), fmt::format("{} has no section \".lib {}\"", name, *section));
@@ -220,12 +276,17 @@ class Splitter {
 
 }  // namespace
 
-std::string DeckLine::Place(std::size_t offset) const {
-  const Segment* found = &segments.front();
+DeckLine::Segment DeckLine::SegmentOf(std::size_t offset) const {
+  Segment found = segments.front();
   for (const Segment& segment : segments) {
-    if (segment.offset <= offset) found = &segment;
+    if (segment.offset <= offset) found = segment;
   }
-  return fmt::format("{}:{}:{}", file, found->line, found->column + (offset - std::min(offset, found->offset)));
+  return found;
+}
+
+std::string DeckLine::Place(std::size_t offset) const {
+  const Segment found = SegmentOf(offset);
+  return fmt::format("{}:{}:{}", file, found.line, found.column + (offset - std::min(offset, found.offset)));
 }
 
 std::string DeckLine::Place() const { return fmt::format("{}:{}", file, segments.front().line); }
@@ -234,6 +295,7 @@ absl::StatusOr<DeckText> SplitDeck(const std::string& text, const std::string& s
   if (text.size() > kMaxDeckBytes) return DeckError(source, "is larger than 16 MiB");
   Splitter splitter(folder);
   if (absl::Status status = splitter.Split(text, source, /*is_deck=*/true, std::nullopt); !status.ok()) return status;
+  if (absl::Status status = splitter.InsertPoints(); !status.ok()) return status;
   return std::move(splitter).Take();
 }
 

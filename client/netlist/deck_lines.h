@@ -24,6 +24,8 @@ struct DeckLine {
   std::string text;
   std::vector<Segment> segments;  // where the parts of `text` come from, at least one
 
+  // The last one that begins at or before `offset`.
+  Segment SegmentOf(std::size_t offset) const;
   // "buck.cir:7:12" for the byte at `offset` of `text`; "buck.cir:7" for the line.
   std::string Place(std::size_t offset) const;
   std::string Place() const;
@@ -41,8 +43,9 @@ struct DeckText {
 // Between .control and .endc nothing but tran is read.
 //
 // `.include FILE` and `.lib FILE [SECTION]` insert the lines of a file below `folder`, the deck's; `folder` is empty
-// where there is none (standard input). Errors: InvalidArgument with the place: an include that is absolute, leads out
-// of the folder, does not exist, includes itself, or is nested deeper than 16; more than 1,000,000 lines.
+// where there is none (standard input). PWL file=NAME holds the numbers of such a file afterwards. Errors:
+// InvalidArgument with the place: an include that is absolute, leads out of the folder, does not exist, includes
+// itself, or is nested deeper than 16; more than 1,000,000 lines.
 absl::StatusOr<DeckText> SplitDeck(const std::string& text, const std::string& source, const std::string& folder);
 
 // InvalidArgument "place: what".

@@ -17,6 +17,11 @@ class DeckSorter {
   absl::StatusOr<DeckParts> Run(const DeckText& text) {
     if (absl::Status status = Sort(text); !status.ok()) return status;
     if (std::string note = NoteOnTitle(text.title); !note.empty()) parts_.notes.push_back(std::move(note));
+    if (parts_.tran == nullptr && text.runs.size() > 1) {
+      return DeckError(text.runs[1].Place(),
+                       "there is no .tran, and the .control block has several; write the one that is meant as .tran "
+                       "outside of it");
+    }
     if (parts_.tran == nullptr && text.runs.size() == 1) {
       parts_.tran = &text.runs.front();
       parts_.notes.push_back(
@@ -81,8 +86,8 @@ class DeckSorter {
                            bool inside) {
     static const std::set<std::string> kOutputs = {".print", ".plot", ".probe", ".save"};
     static const std::set<std::string> kIgnored = {
-        ".option", ".options", ".opt",     ".temp",     ".width", ".title", ".op",    ".dc",  ".ac",  ".noise",
-        ".four",   ".tf",      ".nodeset", ".backanno", ".pz",    ".sens",  ".disto", ".net", ".wave"};
+        ".option", ".options", ".opt",     ".temp",     ".width", ".title", ".op",    ".dc",  ".ac",   ".noise",
+        ".four",   ".tf",      ".nodeset", ".backanno", ".pz",    ".sens",  ".disto", ".net", ".wave", ".csparam"};
     static const std::vector<std::string> kKnown = {".tran",  ".param",  ".func", ".model",   ".subckt",  ".ends",
                                                     ".ic",    ".global", ".step", ".include", ".lib",     ".print",
                                                     ".probe", ".save",   ".meas", ".options", ".nodeset", ".end"};

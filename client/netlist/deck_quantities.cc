@@ -191,7 +191,9 @@ absl::StatusOr<std::vector<DeckQuantity>> PrintedQuantities(const std::vector<co
             fmt::format("{}: {} {} is ignored: only .tran is solved", line->Place(), items[0].text, items[k].text));
         break;
       }
-      if (kEverything.contains(lower)) {
+      // OrCAD asks for V(alias(*)) and I(alias(*)), and for powers, charges and noise.
+      const bool of_all_aliases = is_generated && lower.ends_with("(alias(*))");
+      if (kEverything.contains(lower) || of_all_aliases) {
         everything = true;
         continue;
       }

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "core/circuits/waveform.h"
 
@@ -46,6 +48,34 @@ double ValueAt(const PiecewiseLinear& function, double x) {
     return function.y[k - 1] + (function.y[k] - function.y[k - 1]) * (x - function.x[k - 1]) / run;
   }
   return function.y.back() + function.slope_after * (x - function.x.back());
+}
+
+PiecewiseLinear PartAboveZero(PiecewiseLinear function, double slope, double constant) {
+  if (slope < 0) {
+    std::reverse(function.x.begin(), function.x.end());
+    std::reverse(function.y.begin(), function.y.end());
+    for (double& x : function.x) x = -x;
+    function.slope_before = -std::exchange(function.slope_after, -function.slope_before);
+    return PartAboveZero(std::move(function), -slope, -constant);
+  }
+  const std::size_t points = function.x.size();
+  std::size_t next = 0;  // the first point beyond the constant
+  while (next < points && function.x[next] <= constant) ++next;
+  double start = 0;  // the value just beyond it
+  if (next == 0) {
+    start = function.y[0] + function.slope_before * (constant - function.x[0]);
+  } else if (next == points) {
+    start = function.y.back() + function.slope_after * (constant - function.x.back());
+  } else {
+    const double part = (constant - function.x[next - 1]) / (function.x[next] - function.x[next - 1]);
+    start = function.y[next - 1] + part * (function.y[next] - function.y[next - 1]);
+  }
+  PiecewiseLinear made{.x = {0, 0}, .y = {0, start}, .slope_after = slope * function.slope_after};
+  for (; next < points; ++next) {
+    made.x.push_back((function.x[next] - constant) / slope);
+    made.y.push_back(function.y[next]);
+  }
+  return made;
 }
 
 std::string TextOf(const PiecewiseLinear& function, const std::string& x) {

@@ -35,6 +35,8 @@ LinearValue Times(LinearValue value, double factor);
 // function(x), for a number and for a formula `x`.
 double ValueAt(const PiecewiseLinear& function, double x);
 std::string TextOf(const PiecewiseLinear& function, const std::string& x);
+// function(slope x + constant) for x > 0, and 0 for others, with a jump at 0; the slope is not 0.
+PiecewiseLinear PartAboveZero(PiecewiseLinear function, double slope, double constant);
 
 }  // namespace dlcs::client
 

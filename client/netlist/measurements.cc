@@ -209,6 +209,11 @@ class MeasurementReader {
       return TakeInstant(measurement.until.emplace(), made_.until);
     }
     const std::string written = keyword < items_.size() ? items_[keyword].text : "";
+    if (kind == "min_at" || kind == "max_at") {
+      return Fail(
+          fmt::format("\"{}\" is not supported; {} shows the time too", written, kind == "min_at" ? "MIN" : "MAX"),
+          keyword);
+    }
     return Fail(
         fmt::format("\"{}\" is not supported; supported are AVG, RMS, INTEG, MIN, MAX, PP, FIND, DERIV, WHEN, TRIG "
                     "and PARAM",

@@ -138,20 +138,26 @@ class ExpressionReader {
       if (slope != 0) jump = Sum(jump, *condition.compared, -slope);
     }
     if (!jump.of_time.empty()) return Fail("a choice by a voltage or current between functions of time is not linear");
+    double size = std::abs(yes.constant) + std::abs(no.constant);
+    if (slope != 0) size += std::abs(slope * condition.compared->constant);
+    LinearValue value = no;
+    value.is_truth = false;
     for (const auto& [name, factor] : jump.factors) {
       const auto of = [&name = name](const LinearValue& value) {
         const auto found = value.factors.find(name);
         return found == value.factors.end() ? 0 : std::abs(found->second);
       };
       if (std::abs(factor) <= kRounding * (of(yes) + of(no)) || truths_.contains(name)) continue;
+      if (const auto part = WherePositive(condition, name)) {
+        // In one function, for they often differ by no jump.
+        value = Sum(value, Piecewise(*condition.compared, Combined(*part, factor, slope, jump.constant, size)));
+        slope = jump.constant = 0;
+        continue;
+      }
       return Fail(
           "a choice by a voltage or current is supported between numbers, and between what differs by a multiple of "
           "what is compared; max, min and limit join functions");
     }
-    double size = std::abs(yes.constant) + std::abs(no.constant);
-    if (slope != 0) size += std::abs(slope * condition.compared->constant);
-    LinearValue value = no;
-    value.is_truth = false;
     if (slope != 0) value = Sum(value, Times(Ramp(*condition.compared), slope));
     const bool jumps = std::abs(jump.constant) > kRounding * size;
     const bool is_nested = std::any_of(jump.factors.begin(), jump.factors.end(),
@@ -166,13 +172,45 @@ class ExpressionReader {
     return value;
   }
 
+  // factor part(x) + slope x + jump for x > 0, and 0 for others. A jump that `size` makes rounding is none.
+  static PiecewiseLinear Combined(PiecewiseLinear part, double factor, double slope, double jump, double size) {
+    size += std::abs(factor * part.y[1]);
+    for (std::size_t k = 1; k < part.x.size(); ++k) part.y[k] = factor * part.y[k] + slope * part.x[k] + jump;
+    part.slope_after = factor * part.slope_after + slope;
+    if (std::abs(part.y[1]) <= kRounding * size) {
+      part.x.erase(part.x.begin());
+      part.y.erase(part.y.begin() + 1);
+    }
+    return part;
+  }
+  // The quantity `name` times the comparison, if both are functions of the same value: as a function of what is
+  // compared.
+  std::optional<PiecewiseLinear> WherePositive(const LinearValue& condition, const std::string& name) const {
+    const auto found = made_.find(name);
+    if (found == made_.end() || !condition.compared) return std::nullopt;
+    const LinearValue &argument = found->second.first, &compared = *condition.compared;
+    const auto first = compared.factors.find(argument.factors.begin()->first);
+    if (first == compared.factors.end() || first->second == 0) return std::nullopt;
+    const double slope = argument.factors.begin()->second / first->second;
+    const LinearValue rest = Sum(argument, compared, -slope);
+    if (slope == 0 || !argument.of_time.empty() || !compared.of_time.empty()) return std::nullopt;
+    for (const auto& [of, factor] : rest.factors) {
+      const auto given = argument.factors.find(of);
+      if (given == argument.factors.end() || std::abs(factor) > kRounding * std::abs(given->second))
+        return std::nullopt;
+    }
+    return PartAboveZero(found->second.second, slope, rest.constant);
+  }
+
   // function(argument), as a new quantity where the argument is none that is known.
   LinearValue Piecewise(const LinearValue& argument, const PiecewiseLinear& function) {
     if (IsOfTime(argument)) return OfTime(TextOf(function, TextOf(argument)));
     if (argument.factors.empty()) return {ValueAt(function, argument.constant)};
     if (!error_.ok() || maker_ == nullptr) return {};
     if (!*maker_) return Fail("only linear functions of voltages and currents are allowed here; define a B element");
-    return {0, {{(*maker_)(argument, function), 1}}};
+    const std::string name = (*maker_)(argument, function);
+    made_.emplace(name, std::pair(argument, function));
+    return {0, {{name, 1}}};
   }
   // 1 where the argument is positive, else 0.
   LinearValue Step(const LinearValue& argument) {
@@ -187,7 +225,8 @@ class ExpressionReader {
     for (const char* sign : {"<=", ">=", "==", "!=", "<", ">"}) {
       if (!Take(sign)) continue;
       const std::string_view op = sign;
-      const LinearValue right = Terms();
+      value = Settled(value);
+      const LinearValue right = Settled(Terms());
       if (!value.factors.empty() || !right.factors.empty()) {
         if (op == "==" || op == "!=") return Fail("whether voltages or currents are equal is not supported");
         LinearValue truth = {.is_truth = true};
@@ -213,7 +252,7 @@ class ExpressionReader {
       const char sign = Peek();
       if (sign != '+' && sign != '-') return value;
       ++at_;
-      value = Short(Sum(value, Product(), sign == '+' ? 1 : -1));
+      value = Short(Sum(Settled(value), Settled(Product()), sign == '+' ? 1 : -1));
     }
   }
   LinearValue Product() {
@@ -223,7 +262,8 @@ class ExpressionReader {
       if (sign == '*' && text_.substr(at_).starts_with("**")) return value;
       if (sign != '*' && sign != '/') return value;
       ++at_;
-      const LinearValue other = Signed();
+      value = Settled(value);
+      const LinearValue other = Settled(Signed());
       if (value.factors.empty() && other.factors.empty() && (IsOfTime(value) || IsOfTime(other))) {
         value = OfTime(TextOf(value) + sign + TextOf(other));
       } else if (sign == '/') {
@@ -239,9 +279,9 @@ class ExpressionReader {
     if (++nesting_ > kMaxLevels) return Fail(fmt::format("nested deeper than {} levels", kMaxLevels));
     LinearValue value;
     if (Take("-")) {
-      value = Times(Signed(), -1);
+      value = Times(Settled(Signed()), -1);
     } else if (Take("+")) {
-      value = Signed();
+      value = Settled(Signed());
     } else if (Peek() == '!' && !text_.substr(at_).starts_with("!=")) {
       ++at_;
       value = Minus({1}, Truth(Signed(), "! of"));
@@ -259,9 +299,10 @@ class ExpressionReader {
       return Fail("^ is a power in ngspice and an exclusive or in LTspice; write ** for a power");
     }
     if (!Take("**")) return value;
+    value = Settled(value);
     if (is_exponent) return Fail("powers of powers are not read in one order everywhere; write parentheses");
     is_exponent_ = true;
-    const LinearValue raised = Signed();
+    const LinearValue raised = Settled(Signed());
     is_exponent_ = false;
     if (IsOfTime(value) || IsOfTime(raised)) {
       if (value.factors.empty() && raised.factors.empty()) return OfTime(TextOf(value) + "**" + TextOf(raised));
@@ -277,8 +318,7 @@ class ExpressionReader {
       const LinearValue value = OpenChoice();
       const char* close = first == '(' ? ")" : "}";
       if (!Take(close)) return Fail(fmt::format("\"{}\" is missing", close));
-      const char next = Peek();
-      return next == '?' || next == ')' || next == ',' ? value : Settled(value);
+      return value;
     }
     if (IsSpiceDigit(first) || first == '.') {
       const auto [value, length] = LeadingSpiceNumber(text_.substr(at_));
@@ -379,6 +419,12 @@ class ExpressionReader {
       if (const auto text = FormulaOfCall(name, arguments)) return OfTime(*text);
     }
     const SpiceFunction* const function = FindSpiceFunction(name);
+    if (name == "ddt" || name == "idt" || name == "sdt") {
+      return Fail(
+          fmt::format("{} is not supported; the current of a capacitor is a derivative, and its voltage an "
+                      "integral",
+                      name));
+    }
     if (function == nullptr) return Fail(fmt::format("\"{}\" is not a function", name));
     if (arguments.size() < function->least || arguments.size() > function->most) {
       return Fail(fmt::format("{} takes {} argument{}, not {}", name, function->least, function->least == 1 ? "" : "s",
@@ -399,27 +445,36 @@ class ExpressionReader {
     if (name == "table" || name == "pwl") return CallTable(name, arguments);
     if (count == 1 && (name == "u" || name == "stp")) return Step(arguments[0]);
     if (count == 1 && name == "uramp") return Ramp(arguments[0]);
-    if (count == 3 && name == "if" && IsOfTime(arguments[0])) return Chosen(arguments[0], arguments[1], arguments[2]);
+    if (count == 3 && name == "if" && (arguments[0].is_truth || IsOfTime(arguments[0]))) {
+      return Chosen(arguments[0], arguments[1], arguments[2]);
+    }
     if (!has_quantity) return std::nullopt;
     if (count == 1 && name == "sgn") return Piecewise(arguments[0], {.x = {0, 0}, .y = {-1, 1}});
     if (count == 1 && name == "abs") {
       return Piecewise(arguments[0], {.x = {0}, .y = {0}, .slope_before = -1, .slope_after = 1});
     }
     if (count == 3 && name == "if") return Chosen(arguments[0], arguments[1], arguments[2]);
-    if (count == 3 && name == "limit" && arguments[1].factors.empty() && arguments[2].factors.empty()) {
-      const double low = std::min(arguments[1].constant, arguments[2].constant);
-      const double high = std::max(arguments[1].constant, arguments[2].constant);
-      if (low == high) return LinearValue{low};
-      return Piecewise(arguments[0], {.x = {low, high}, .y = {low, high}});
-    }
+    if (count == 3 && name == "limit") return Middle(arguments);
     if (count == 0 || (name != "max" && name != "min")) return std::nullopt;
-    // max(a, b) = b + max(0, a - b), min(a, b) = a - max(0, a - b)
     LinearValue value = arguments[0];
     for (std::size_t k = 1; k < count; ++k) {
-      const LinearValue above = Ramp(Minus(value, arguments[k]));
-      value = name == "max" ? Sum(arguments[k], above) : Minus(value, above);
+      value = name == "max" ? Larger(value, arguments[k]) : Smaller(value, arguments[k]);
     }
     return value;
+  }
+  // max(a, b) = b + max(0, a - b), min(a, b) = a - max(0, a - b)
+  LinearValue Larger(const LinearValue& one, const LinearValue& other) { return Sum(other, Ramp(Minus(one, other))); }
+  LinearValue Smaller(const LinearValue& one, const LinearValue& other) { return Minus(one, Ramp(Minus(one, other))); }
+  // The middle one of three values, in whatever order they are.
+  LinearValue Middle(std::vector<LinearValue> values) {
+    const auto is_number = [](const LinearValue& value) { return value.factors.empty() && value.of_time.empty(); };
+    std::stable_partition(values.begin(), values.end(), [&](const LinearValue& value) { return !is_number(value); });
+    if (!is_number(values[1])) {
+      return Larger(Smaller(values[1], values[2]), Smaller(values[0], Larger(values[1], values[2])));
+    }
+    const auto [low, high] = std::minmax(values[1].constant, values[2].constant);
+    if (low == high) return {low};
+    return Piecewise(values[0], {.x = {low, high}, .y = {low, high}});
   }
 
   // Lines through points: beyond the ends constant for `table`, straight on for `pwl`, as LTspice and ngspice have it.
@@ -456,7 +511,8 @@ class ExpressionReader {
   std::size_t at_ = 0;
   int nesting_ = 0;
   bool is_exponent_ = false;
-  std::set<std::string> truths_;  // quantities that are 0 or 1
+  std::set<std::string> truths_;                                         // quantities that are 0 or 1
+  std::map<std::string, std::pair<LinearValue, PiecewiseLinear>> made_;  // quantities: arguments and functions
   absl::Status error_;
 };
 

@@ -77,7 +77,7 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
     case grpc::StatusCode::RESOURCE_EXHAUSTED:
       return fmt::format("the server at {} refuses: {}{}", address, said, WhenToRetry(details, said));
     case grpc::StatusCode::DEADLINE_EXCEEDED:
-      return fmt::format("no answer from {} within the deadline. Allow more time, or check that a dlcsd listens there",
+      return fmt::format("the deadline passed before {} answered. Allow more time, or check that a dlcsd listens there",
                          address);
     case grpc::StatusCode::UNIMPLEMENTED:
       if (said.ends_with('.')) break;  // a sentence, so it is a message of dlcsd with the reason

@@ -27,6 +27,16 @@ absl::Status CircuitStates::Find() {
   return FindDynamics();
 }
 
+// What is zero but for rounding is zero: an inductor in series with a diode that blocks has no reverse current, not the
+// least. The values z are rounded by the ratio of resistances, as of an open switch and a closed one.
+Vector CircuitStates::StartOf(const Vector& z) const {
+  constexpr double kRounding = 1e-10;
+  if (num_excess() == 0) return z;
+  const Vector x = state_from_storage_ * z;
+  const Vector terms = state_from_storage_.cwiseAbs() * z.cwiseAbs();
+  return (x.array().abs() <= kRounding * terms.array()).select(0, x);
+}
+
 std::vector<Index> CircuitStates::Storages() const {
   std::vector<Index> order = states_;
   order.insert(order.end(), excess_.begin(), excess_.end());

@@ -47,7 +47,7 @@ class CircuitStates {
   // Capacitors and inductors, of `graph.storages`: those that are states, then those that depend on them.
   std::vector<Index> Storages() const;
   // x~ at the start, where these have the values z; and what dependent ones are for given x~ and s.
-  Vector StartOf(const Vector& z) const { return num_excess() == 0 ? z : Vector(state_from_storage_ * z); }
+  Vector StartOf(const Vector& z) const;
   Vector Dependent(const Vector& x, const Vector& s) const {
     return dependent_x_ * (x - gamma_ * s) + dependent_s_ * s;
   }

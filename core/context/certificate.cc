@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/context/component_errors.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -37,6 +38,12 @@ void RaiseRowSizes(const Eigen::Ref<const Matrix>& matrix, Vector& sizes) {
       sizes[i] = size > sizes[i] ? size : sizes[i];
     }
   }
+}
+
+// How far a y of this size moves each x_i in a step.
+Vector MovedByY(const Problem& problem, const Vector& y_size, double step) {
+  const Vector memory = MemoryOf(problem, step);
+  return memory.array().isFinite().select(memory, step).cwiseProduct(problem.B.AbsTimes(y_size));
 }
 
 double LargestOf(const Vector& values) { return values.size() > 0 ? values.maxCoeff<Eigen::PropagateNaN>() : 0; }
@@ -87,7 +94,8 @@ void CertificateBuilder::AddStates(const Eigen::Ref<const Matrix>& x, const Eige
 }
 
 void CertificateBuilder::RaiseSizes(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& y,
-                                    const Eigen::Ref<const Matrix>& f, const Eigen::Ref<const Matrix>& g) {
+                                    const Eigen::Ref<const Matrix>& f, const Eigen::Ref<const Matrix>& g,
+                                    double constant_for) {
   CertificateRows& rows = rows_;
   if (rows.x_size.size() == 0) {
     const Index m = x.rows(), n = y.rows();
@@ -100,7 +108,10 @@ void CertificateBuilder::RaiseSizes(const Eigen::Ref<const Matrix>& x, const Eig
   RaiseRowSizes(y, rows.y_size);
   RaiseRowSizes(f, rows.f_size);
   RaiseRowSizes(g, rows.g_size);
-  rows.w_size = problem_.N.AbsTimes(rows.x_size) + problem_.M.AbsTimes(rows.y_size) + rows.g_size;
+  Vector x_terms = rows.x_size;
+  if (constant_for > 0) x_terms += MovedByY(problem_, rows.y_size, constant_for);
+  const Vector w_terms = problem_.N.AbsTimes(x_terms) + problem_.M.AbsTimes(rows.y_size) + rows.g_size;
+  for (Index i = 0; i < w_terms.size(); ++i) rows.w_size[i] = NanMax(rows.w_size[i], w_terms[i]);
   // The sizes have grown, so earlier residuals shrink by at least the smaller change of the two quotients.
   for (Index i = 0; i < rows.y_size.size(); ++i) {
     if (!(rows.node_residual[i] > 0 || rows.midpoint_residual[i] > 0)) continue;
@@ -141,7 +152,7 @@ void CertificateBuilder::Add(const Segment& segment, const Eigen::Ref<const Matr
 
   const Index first = begin > 0 || segment.first_y_is_solution ? 0 : 1;
   const Index nodes = steps + 1 - first;
-  RaiseSizes(x, y, f, segment.g.middleCols(begin, steps + 1));
+  RaiseSizes(x, y, f, segment.g.middleCols(begin, steps + 1), scheme.y_is_linear ? 0 : step);
   AddNodes(y.rightCols(nodes), w.rightCols(nodes));
   RaiseRowResiduals(y.rightCols(nodes), w.rightCols(nodes), rows_, rows_.node_residual);
 

@@ -54,9 +54,10 @@ class CertificateBuilder {
 
  private:
   void BeginAtZero();
-  // Raises the sizes to those of the columns.
+  // Raises the sizes to those of the columns. A y that is constant on steps moves x inside them, so what it moves in a
+  // step of length `constant_for` counts as a term of x, which may be 0 at the nodes; 0 where y is linear.
   void RaiseSizes(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& y,
-                  const Eigen::Ref<const Matrix>& f, const Eigen::Ref<const Matrix>& g);
+                  const Eigen::Ref<const Matrix>& f, const Eigen::Ref<const Matrix>& g, double constant_for);
   void AddDrift(const Matrix& increments, double step);
 
   // max |Σ_i y_i w_i| over the columns, of all pairs.

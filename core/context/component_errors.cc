@@ -83,14 +83,13 @@ Vector DiagonalOf(const StructuredMatrix& matrix) {
   return Vector::Zero(matrix.rows());
 }
 
-// Returns the memory of each x_i, per mass: 1/|A_ii|, but no longer than T/|E_ii|.
-Vector MemoryOf(const Problem& problem) {
+}  // namespace
+
+Vector MemoryOf(const Problem& problem, double longest) {
   const Vector masses = problem.has_mass() ? DiagonalOf(problem.E) : Vector::Ones(problem.num_states());
   return DiagonalOf(problem.A).binaryExpr(
-      masses, [&](double rate, double mass) { return std::min(problem.horizon / std::abs(mass), 1 / std::abs(rate)); });
+      masses, [&](double rate, double mass) { return std::min(longest / std::abs(mass), 1 / std::abs(rate)); });
 }
-
-}  // namespace
 
 Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding) {
   Vector relative(difference.size());
@@ -144,7 +143,7 @@ ComponentSizes SizesOf(const Problem& problem, const Solution& solution, bool y_
   const Vector y = RowMaxAbs(solution.y);
   const Vector summed_By = problem.B.AbsTimes(y);
   const Vector moved = problem.A.AbsTimes(sizes.x) + summed_By;
-  sizes.x_rounding = kRounding * (sizes.x + MemoryOf(problem).cwiseProduct(moved));
+  sizes.x_rounding = kRounding * (sizes.x + MemoryOf(problem, problem.horizon).cwiseProduct(moved));
   if (!y_counts) return sizes;
   sizes.By = Vector::Zero(problem.num_states());
   Vector g = Vector::Zero(problem.num_constraints());
@@ -185,7 +184,7 @@ ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const C
 }
 
 ComponentErrors SwitchChanges(const Solution& solution, const Problem& problem, const ComponentSizes& sizes) {
-  const Vector memory = MemoryOf(problem);
+  const Vector memory = MemoryOf(problem, problem.horizon);
   Vector x = Vector::Zero(problem.num_states());
   auto limit = solution.left_limits.begin();
   bool switched_before = false;

@@ -61,6 +61,9 @@ Vector Relative(const Vector& difference, const Vector& size, const Vector& roun
 // The largest difference of a row, relative to its largest value in `fine`. NaN where a number is not finite.
 double RelativeDifference(const Matrix& coarse, const Matrix& fine);
 
+// The memory of each x_i, per mass: 1/|A_ii|, but no longer than `longest`/|E_ii|.
+Vector MemoryOf(const Problem& problem, double longest);
+
 // Keeps only the columns of `solution` at the times `wanted`, which are increasing and among its times.
 void KeepTimes(const std::vector<double>& wanted, Solution& solution);
 

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <variant>
 
+#include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/weyl_sequence.h"
 
@@ -47,7 +49,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   // t is rounded, and moves the value of a source by that times its slope.
   const double time_rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(end));
   const auto sample = [&](Index size, const auto& evaluate, const auto& rounding_at, LegendreSeries& series,
-                          LegendreSeries& slope, Vector& largest, Vector& noise, Vector& at_check, Vector& error) {
+                          Vector& largest, Vector& noise, Vector& at_check, Vector& error) {
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
       const double t = j == kLegendreDegree ? end : begin + length * (1 + basis.nodes[j]) / 2;
@@ -58,7 +60,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     largest = RowMaxAbs(values_);
     at_check.resize(size);
     evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
-    slope = 2 / length * DerivativeOf(series);
+    slope_ = 2 / length * DerivativeOf(series);
     noise.setZero(size);
     rounding_.resize(size);
     // Not at an end, where a formula may jump.
@@ -66,7 +68,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
       rounding_at(begin + length * (1 + s) / 2, rounding_);
       noise = noise.cwiseMax(rounding_);
     }
-    noise = kSourceRounding * largest + noise.cwiseMax(2 * time_rounding * slope.cwiseAbs().rowwise().sum());
+    noise = kSourceRounding * largest + noise.cwiseMax(2 * time_rounding * slope_.cwiseAbs().rowwise().sum());
     error = (ValueOf(series, at_check_position) - at_check).cwiseAbs() - noise;
     const bool finite = error.allFinite();
     error = error.cwiseMax(0);
@@ -75,14 +77,50 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   using Value = Eigen::Ref<Vector>;
   const bool f_finite = sample(
       sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); },
-      [&](double t, Value bound) { sources_.RoundingOfF(t, bound); }, step.f, f_slope_, step.f_size, step.f_noise,
+      [&](double t, Value bound) { sources_.RoundingOfF(t, bound); }, step.f, step.f_size, step.f_noise,
       step.f_at_check, step.f_error);
   const bool g_finite = sample(
       sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); },
-      [&](double t, Value bound) { sources_.RoundingOfG(t, bound); }, step.g, step.slope, step.g_size, step.g_noise,
+      [&](double t, Value bound) { sources_.RoundingOfG(t, bound); }, step.g, step.g_size, step.g_noise,
       step.g_at_check, step.g_error);
   step.finite = f_finite && g_finite;
   evaluations_ += kLegendreSize + 1;
+}
+
+Sources::NonFinite SourceSampler::WhyNonFinite(const StepSources& step) {
+  const double end = step.begin + step.length;
+  std::vector<double> times;
+  for (const double node : GetLegendreBasis().nodes) times.push_back(step.begin + step.length * (1 + node) / 2);
+  times.push_back(end);
+  times.push_back(step.begin + step.length * (1 + step.check_s) / 2);
+  for (auto t = std::upper_bound(probes_.begin(), probes_.end(), step.begin); t != probes_.end() && *t < end; ++t) {
+    times.push_back(*t);
+  }
+  std::sort(times.begin(), times.end());
+  true_f_.resize(sources_.num_states());
+  true_g_.resize(sources_.num_constraints());
+  double largest = 0;
+  Sources::NonFinite where{step.begin, {}};
+  for (const double t : times) {
+    const Side side = t == end ? Side::kLeft : Side::kRight;
+    F(t, side, true_f_);
+    G(t, side, true_g_);
+    const auto look = [&](const char* name, const Vector& values) {
+      for (Index i = 0; i < values.size(); ++i) {
+        const std::string entry = name + ("[" + std::to_string(i) + "]"), at = " at t = " + FormatNumber(t);
+        if (!std::isfinite(values[i])) {
+          where = {t, entry + " is " + FormatNumber(values[i]) + at + "; every value must be finite"};
+          return true;
+        }
+        if (std::abs(values[i]) <= largest) continue;
+        largest = std::abs(values[i]);
+        where = {t, entry + " is " + FormatNumber(values[i]) + at + ": its derivatives overflow. Choose other units"};
+      }
+      return false;
+    };
+    if (look("f", true_f_) || look("g", true_g_)) return where;
+  }
+  return where;
 }
 
 bool SourceSampler::Probe(StepSources& step) {

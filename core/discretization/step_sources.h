@@ -15,20 +15,19 @@
 
 namespace dlcs {
 
-// f, g and g' on a step from `begin`, interpolated at the nodes, and the interpolation error at one more time, where a
+// f and g on a step from `begin`, interpolated at the nodes, and the interpolation error at one more time, where a
 // source that vanishes at the nodes is noticed.
 struct StepSources {
   double begin = 0;
   double length = 0;
   LegendreSeries f;
   LegendreSeries g;
-  LegendreSeries slope;           // dg/dt
   double check_s = 0;             // the position of that time, in (-1, 1)
   Vector f_at_check, g_at_check;  // the true values there
   Vector f_error, g_error;        // |polynomial - true value| there, beyond rounding
   Vector f_size, g_size;          // max |f_i|, |g_i| over the nodes
   Vector f_noise, g_noise;        // bounds of the rounding errors of values and of their times
-  bool finite = false;            // every value is finite
+  bool finite = false;            // all of these are, and every value
 };
 
 class SourceSampler {
@@ -61,6 +60,10 @@ class SourceSampler {
   // which is much where g is steep.
   bool GJumps(double time, const Vector& allowed);
 
+  // Why a step for which `step` is not finite is not: the value that is not finite; or f or g is so large that the
+  // slope of its polynomial overflows.
+  Sources::NonFinite WhyNonFinite(const StepSources& step);
+
   Index evaluations() const { return evaluations_; }  // number of times at which f and g were evaluated
 
  private:
@@ -70,7 +73,7 @@ class SourceSampler {
   std::vector<double> probes_;
   double WhereTheyMeet(double begin, double from, double to, double end);
 
-  LegendreSeries values_, f_slope_;
+  LegendreSeries values_, slope_;
   Vector true_f_, true_g_, rounding_;
   Index evaluations_ = 0;
 };

@@ -187,6 +187,10 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   }
 }
 
+Vector ErrorGrowth::Unexplained(const Vector& change) const {
+  return (change.cwiseAbs() - RowMaxAbs(errors_)).cwiseMax(0);
+}
+
 void ErrorGrowth::AddMissed(const Vector& amount) {
   for (Index e = 0; e < kErrors; ++e) AddTo(e, amount);
 }
@@ -228,13 +232,20 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& shi
   for (Index i = 0; i < By.size(); ++i) By_[i] = NanMax(By_[i], By[i]);
 }
 
-ComponentErrors ErrorGrowth::RelativeTo(const Magnitudes& sizes) const {
+ComponentErrors ErrorGrowth::RelativeTo(const Magnitudes& sizes, std::vector<Index>& small_but_known) const {
+  constexpr double kOfError = 4;  // an estimate is ten times the error or so
   // Errors beyond the range of doubles have no difference.
   const auto bounded = [](const Vector& errors) {
     constexpr double kInfinite = std::numeric_limits<double>::infinity();
     return Vector(errors.array().isNaN().select(kInfinite, errors));
   };
+  for (Index i = 0; i < x_.size(); ++i) {
+    if (sizes.x[i] <= noise_[i] && x_[i] < kOfError * sizes.x[i]) small_but_known.push_back(i);
+  }
   ComponentErrors errors{.x = bounded(Relative(x_, sizes.x, noise_))};
+  for (const Index i : small_but_known) {
+    if (sizes.x[i] <= noise_[i]) errors.x[i] = sizes.x[i] > 0 ? x_[i] / sizes.x[i] : 0;
+  }
   if (w_.size() == 0) return errors;
   constexpr double kRounding = 16 * kEpsilon;
   const Vector terms_of_w = problem_.N.AbsTimes(sizes.x) + problem_.M.AbsTimes(sizes.y) + sizes.g;

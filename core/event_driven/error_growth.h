@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "core/context/component_errors.h"
 #include "core/discretization/step_sources.h"
@@ -48,6 +49,8 @@ class ErrorGrowth {
     Vector y;
   };
   void AddStep(const SmoothStep& step, const StepSources& sources, const Overlooked& overlooked, double s_end);
+  // The part of a change of x that is more than the errors so far.
+  Vector Unexplained(const Vector& change) const;
   // Adds what x may be off by at the time reached.
   void AddMissed(const Vector& amount);
   // What the errors so far are in the guards of `mode`.
@@ -58,7 +61,10 @@ class ErrorGrowth {
   void Add(const Vector& error, const Vector& inside);
 
   // The largest errors so far of each component relative to its size; those of B y and w are empty if y does not count.
-  ComponentErrors RelativeTo(const Magnitudes& sizes) const;
+  // A state that is no larger than the bound of its rounding has an error of 0, since it may be rounding alone. If its
+  // estimated error is at most a few times as large it is not: such states are added to `small_but_known`, and the
+  // errors of those that it holds count.
+  ComponentErrors RelativeTo(const Magnitudes& sizes, std::vector<Index>& small_but_known) const;
 
  private:
   static constexpr Index kErrors = 3;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "core/event_driven/event_driven_loop.h"
 #include "core/event_driven/event_record.h"
@@ -113,7 +115,9 @@ bool EventDriven(SolveContext& context) {
   bool reached = false, is_rounding = false;
   Index passes = 0;
   for (int solves = 1; true; ++solves) {
+    std::vector<Index> small_but_known = std::move(record.small_but_known);
     record = {};
+    record.small_but_known = std::move(small_but_known);
     EventDrivenLoop locator(context, of_steps, most_work - work, record);
     try {
       reached = locator.Run();

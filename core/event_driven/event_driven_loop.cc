@@ -36,6 +36,7 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double tolerance, Index 
       coupled_steps_(problem_, context.selection, sampler_),
       output_(problem_, context.grid, context.options.keep_pieces),
       errors_(problem_, context.y_is_lipschitz()),
+      repelled_(problem_.num_constraints()),
       progress_(context),
       x_(problem_.x0),
       y_(Vector::Zero(problem_.num_constraints())),
@@ -92,9 +93,11 @@ bool EventDrivenLoop::Start(double begin) {
   sampler_.G(begin, Side::kRight, g);
   // What is no more than the rounding of x is zero: N x alone shows no other size than its own.
   x_ = (x_.array().abs() <= magnitudes_.x_noise.array()).select(0, x_);
+  repelled_ = RepelledStarts(problem_.num_constraints());
   bool y_is_solution = false;
   const std::size_t jumps = context_.solution.jumps.size();
   if (!StartInterval(context_, begin, g, x_, y_, y_is_solution)) return false;
+  if (begin == 0 && context_.solution.jumps.empty()) search_.BeginAt(x_, g);
   if (flow_ && context_.solution.jumps.size() > jumps) flow_->AddJump(context_.jump_derivative);
   return true;
 }
@@ -242,18 +245,17 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   const double share = ShareOfTolerance(length, problem_.horizon);
   const double step_end = length == limit - t_ ? limit : t_ + length;  // not beyond a break point by rounding
   sampler_.Sample(t_, step_end, sources_);
-  if (!sources_.finite) return FailNonFinite(step_end);
+  if (!sources_.finite) return FailNonFinite();
   magnitudes_.RaiseReach(mode_->dynamics, std::max(mode_->rate, 1 / problem_.horizon), sources_.f_size);
-  x_begin_ = x_;
-  if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_))
-    return GiveUpMode("the state is off the constraints of the active set");
   x_start_ = x_;
+  if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_start_))
+    return GiveUpMode("the state is off the constraints of the active set");
   const auto take = [&] {
-    return TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, share, gap_ ? &*gap_ : nullptr);
+    return TakeSmoothStep(*mode_, x_start_, sources_, magnitudes_, tolerance_, share, gap_ ? &*gap_ : nullptr);
   };
   step_ = take();
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
-    if (!sources_.finite) return FailNonFinite(step_end);
+    if (!sources_.finite) return FailNonFinite();
     step_ = take();
   }
   const double shortest = length_.ShortestStep(t_, mode_);
@@ -284,9 +286,9 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   return EndMode(*mode_end, end);
 }
 
-EventDrivenLoop::Progressed EventDrivenLoop::FailNonFinite(double step_end) {
-  context_.Fail(Termination::kNonFinite, t_,
-                "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
+EventDrivenLoop::Progressed EventDrivenLoop::FailNonFinite() {
+  const Sources::NonFinite why = sampler_.WhyNonFinite(sources_);
+  context_.Fail(Termination::kNonFinite, t_, why.message + ".");
   return Progressed::kFailed;
 }
 
@@ -343,10 +345,16 @@ EventDrivenLoop::Progressed EventDrivenLoop::EndMode(const ModeEnd& mode_end, do
 void EventDrivenLoop::Accept(double end, double s_end) {
   if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
   search_.Lasted(*mode_);
-  output_.AddSmooth(x_begin_, sources_, step_, mode_->active, end, s_end);
+  output_.AddSmooth(x_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
-  errors_.AddStep(step_, sources_, OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end, end - t_), s_end);
+  ErrorGrowth::Overlooked overlooked =
+      OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end, end - t_, repelled_);
+  // Where x was close to constraints that should not hold yet, its projection onto them is an error.
+  const Vector moved = errors_.Unexplained(x_start_ - x_);
+  overlooked.x += moved;
+  overlooked.slope += problem_.A.AbsTimes(moved);
+  errors_.AddStep(step_, sources_, overlooked, s_end);
   if (flow_) flow_->AddStep(step_, sources_, s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = ValueOf(step_.x, at);
@@ -444,7 +452,7 @@ void EventDrivenLoop::Finish() {
   cost.steps = record_.steps + record_.coupled_steps;
   cost.coupled_steps = record_.coupled_steps;
   cost.lcps += search_.lcps() + coupled_steps_.lcps();
-  record_.errors = errors_.RelativeTo(magnitudes_);
+  record_.errors = errors_.RelativeTo(magnitudes_, record_.small_but_known);
   context_.certificate.Replace(output_.certificate());
   solution.pieces = output_.TakePieces();
   if (flow_) solution.flow = flow_->Record();

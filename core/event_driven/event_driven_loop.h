@@ -56,7 +56,7 @@ class EventDrivenLoop {
   void CountTimeOfJump(double time, double nearest);
   bool IsStuck();
   bool IsBeyondWork() const;
-  Progressed FailNonFinite(double step_end);
+  Progressed FailNonFinite();
   DataSizes SizesSoFar() const;
   void NoteInterval(double end, const Mode* mode);
   void Record(const EventOutput::SmoothInterval& interval);
@@ -71,6 +71,7 @@ class EventDrivenLoop {
   CoupledSteps coupled_steps_;
   EventOutput output_;
   ErrorGrowth errors_;
+  RepelledStarts repelled_;
   std::optional<FlowDerivative> flow_;
   Progress progress_;
 
@@ -78,8 +79,7 @@ class EventDrivenLoop {
   Vector x_;
   Vector y_;
   Vector w_;
-  Vector x_begin_;  // at t_, before it was projected onto the constraints of a mode
-  Vector x_start_;  // where the last step started: after that
+  Vector x_start_;  // where the last step started: x_, projected onto the constraints of its mode
   Magnitudes magnitudes_;
   DataSizes sizes_;  // known before the solve
   const Mode* mode_ = nullptr;

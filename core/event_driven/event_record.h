@@ -31,6 +31,9 @@ struct EventRecord {
   double longest_step = 0;
   // With the growth of errors and with rounding. Those of B y and w are empty unless y is a Lipschitz function of x.
   ComponentErrors errors;
+  // States whose errors count although they are no larger than the bound of their rounding (ErrorGrowth::RelativeTo()).
+  // What one solve shows of them holds for those after it.
+  std::vector<Index> small_but_known;
 
   // The work so far, in steps of an exponential integrator for the same system with `num_states` states. It is computed
   // from counts, with measured weights, so that it does not depend on the machine.

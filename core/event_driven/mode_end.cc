@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/event_driven/first_crossing.h"
 #include "core/linalg/norms.h"
@@ -44,24 +45,6 @@ Dip MissedDip(const SmoothStep& step, Index guard, double error, double s_end) {
   return dip;
 }
 
-// Where y_i drives w_i down, at the given rate in the time of s, another solution with y_i > 0 may begin where w_i is
-// zero to rounding, and rounding decides between the two. There p = -M_ii y_i obeys p' = w_i' + rate p. Follows p from
-// `noise` below w_i at the begin of the step on, until rounding has grown to the size of numbers. Returns how far below
-// zero p is then; 0 where it returned to zero before, or the step ended.
-double FollowRepelled(const LegendreVector& w, double rate, double noise, double s_end) {
-  constexpr double kStep = 0.1;  // of the time 1/rate
-  constexpr int kSteps = 400;
-  if (kSteps * kStep > rate * (1 + s_end)) return 0;
-  const double growth = std::exp(kStep), of_change = std::expm1(kStep) / kStep;
-  double before = w.dot(LegendreValues(-1)), p = before - noise;
-  for (int k = 1; k <= kSteps && p < 0; ++k) {
-    const double value = w.dot(LegendreValues(-1 + k * kStep / rate));
-    p = growth * p + of_change * (value - before);
-    before = value;
-  }
-  return std::max(0.0, -p);
-}
-
 }  // namespace
 
 std::optional<ModeEnd> FindModeEnd(const SmoothStep& step) {
@@ -97,8 +80,26 @@ void LetRisingGuardsStartBelow(SmoothStep& step) {
   }
 }
 
+double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, double noise, double s_end) {
+  constexpr double kStep = 0.1;  // of the time 1/rate
+  constexpr double kGrown = 40;  // of such times: rounding has grown to the size of numbers
+  Start& start = starts_[static_cast<std::size_t>(pair)];
+  double s = -1, before = w.dot(LegendreValues(s));
+  if (start.age == 0) start.p = before - noise;
+  while (start.p < 0 && start.age < kGrown && s < s_end) {
+    const double length = std::min(kStep / rate, s_end - s), aged = rate * length;
+    s += length;
+    const double value = w.dot(LegendreValues(s));
+    start.p = std::exp(aged) * start.p + std::expm1(aged) / aged * (value - before);
+    start.age += aged;
+    before = value;
+  }
+  if (start.p < 0 && start.age < kGrown) return 0;
+  return std::max(0.0, -std::exchange(start, {}).p);
+}
+
 ErrorGrowth::Overlooked OverlookedEvents(const Problem& problem, const SmoothStep& step, const Vector& error_of_state,
-                                         double s_end, double duration) {
+                                         double s_end, double duration, RepelledStarts& repelled) {
   const Matrix &B = problem.B.Dense(), &N = problem.N.Dense(), &M = problem.M.Dense();
   const Mode& mode = step.stepper->mode();
   const Vector no_state = Vector::Zero(problem.num_states());
@@ -109,8 +110,10 @@ ErrorGrowth::Overlooked OverlookedEvents(const Problem& problem, const SmoothSte
     const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
     if (!is_active && M(i, i) > 0 && moved < 0) {
       const double rate = moves / M(i, i) * duration / (1 + s_end);
-      const double p = FollowRepelled(step.guard.row(i).transpose(), rate, step.guard_noise[i], s_end);
+      const double p = repelled.Follow(i, step.guard.row(i).transpose(), rate, step.guard_noise[i], s_end);
       overlooked.x += p / moves * B.col(i).cwiseAbs();
+    } else {
+      repelled.End(i);
     }
     const Dip dip = MissedDip(step, i, error[i], s_end);
     if (dip.depth == 0) continue;

@@ -4,7 +4,9 @@
 #ifndef DLCS_CORE_EVENT_DRIVEN_MODE_END_H_
 #define DLCS_CORE_EVENT_DRIVEN_MODE_END_H_
 
+#include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "core/event_driven/error_growth.h"
 #include "core/event_driven/smooth_step.h"
@@ -30,13 +32,35 @@ bool StartsBelowByTruncation(const SmoothStep& step, Index guard);
 // that is allowed of them or 64 of their levels: the errors of large terms of a guard may be more than its level.
 void LetRisingGuardsStartBelow(SmoothStep& step);
 
+// Where y_i drives w_i down, another solution with y_i > 0 may begin where w_i is zero to rounding, and rounding
+// decides between the two. There p = -M_ii y_i obeys p' = w_i' + rate p. From such a begin of a step on, p is followed
+// until it returns to zero or rounding has grown to the size of numbers, which may take several steps.
+class RepelledStarts {
+ public:
+  explicit RepelledStarts(Index num_constraints) : starts_(static_cast<std::size_t>(num_constraints)) {}
+
+  // Follows w_i over a step up to `s_end`, from `noise` below it, with the rate in the time of s. Returns how far below
+  // zero p is once it has grown, else 0.
+  double Follow(Index pair, const LegendreVector& w, double rate, double noise, double s_end);
+  // The pair is not repelled any more.
+  void End(Index pair) { starts_[static_cast<std::size_t>(pair)] = {}; }
+
+ private:
+  struct Start {
+    double p = 0;
+    double age = 0;  // in the time 1/rate
+  };
+  std::vector<Start> starts_;
+};
+
 // What guards up to `s_end` may have overlooked: where they are below zero but above their levels, or nearer to zero
 // than their own error and `error_of_state`, the one that the error of the state makes. An active y_i < 0 should be
 // zero. A w_i < 0 should have made its pair active: y_i would be about w_i / M_ii; where M_ii = 0, y_i would have kept
 // x on the constraint. If a constraint should have been released earlier, the error of x is what its y causes until
-// then, at most over `duration`; for a fast state, it is the value to which the state settles.
+// then, at most over `duration`; for a fast state, it is the value to which the state settles. `repelled`: of the
+// steps before.
 ErrorGrowth::Overlooked OverlookedEvents(const Problem& problem, const SmoothStep& step, const Vector& error_of_state,
-                                         double s_end, double duration);
+                                         double s_end, double duration, RepelledStarts& repelled);
 
 }  // namespace dlcs
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/lcp/dense/history_solver.h"
+#include "core/linalg/decompositions.h"
 
 namespace dlcs {
 namespace {
@@ -18,6 +19,8 @@ constexpr int kRatio = 6;  // 2^6
 // w_i above minus this part of the numbers it is summed from counts as nonnegative: little more than
 // rounding.
 constexpr double kSearchTolerance = 2e-15;
+// The rounding of the numbers that w_i is summed from at the begin, where x is exact.
+constexpr double kDataRounding = 8 * std::numeric_limits<double>::epsilon();
 // The noise of a state is a bound.
 constexpr double kOfNoise = 1.0 / 16;
 // A step below this part of t would hardly be one: t + h is rounded.
@@ -38,6 +41,7 @@ Matrix NearStates(const Matrix& A) {
 
 ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSampler& sources)
     : problem_(problem),
+      selection_(selection),
       sources_(sources),
       maker_(problem),
       abs_N_(problem.N.Dense().cwiseAbs()),
@@ -121,6 +125,7 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   ++lcps_;
   if (proposal.verdict != LcpStatus::kSolved) return proposal;
   proposal.kept_selection = solver.KeptSelection();
+  if (q_begin_.size() > 0) CorrectAtBegin(basis_);
   proposal.mode = ModeOf(IndicesOf(basis_), sizes);
   return proposal;
 }
@@ -129,6 +134,52 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
 void ModeSearch::KeepNear(const Vector& from, Eigen::Ref<Vector> x) const {
   const Vector paths = near_ * (from.array() != 0).cast<double>().matrix();
   x = (paths.array() > 0).select(x, 0);
+}
+
+void ModeSearch::BeginAt(const Vector& x0, const Vector& g) {
+  if (selection_ != Selection::kAny) return;
+  q_begin_ = problem_.N * x0 + g;
+  q_begin_noise_ = kDataRounding * (abs_N_ * x0.cwiseAbs() + g.cwiseAbs());
+}
+
+// y_i of the active pairs and w_i of the others at the begin, and what rounding makes of them. Absent where M_SS is
+// singular.
+std::optional<ModeSearch::Pairs> ModeSearch::PairsAtBegin(const Basis& basis) const {
+  constexpr double kSingular = 1e-10;
+  const Matrix& M = problem_.M.Dense();
+  const std::vector<Index> active = IndicesOf(basis);
+  Vector y = Vector::Zero(q_begin_.size()), y_noise = y;
+  if (!active.empty()) {
+    const Matrix M_SS = M(active, active);
+    const Eigen::PartialPivLU<Matrix> factors(M_SS);
+    if (!(factors.rcond() > kSingular)) return std::nullopt;
+    const Matrix inverse = factors.inverse();
+    const Vector of_y = -inverse * q_begin_(active);
+    const Vector terms = q_begin_noise_(active) + kDataRounding * (M_SS.cwiseAbs() * of_y.cwiseAbs());
+    y(active) = of_y;
+    y_noise(active) = inverse.cwiseAbs() * terms;
+  }
+  Pairs pairs{q_begin_ + M * y, q_begin_noise_ + M.cwiseAbs() * (y_noise + kDataRounding * y.cwiseAbs())};
+  for (const Index i : active) {
+    pairs.values[i] = y[i];
+    pairs.noise[i] = y_noise[i];
+  }
+  return pairs;
+}
+
+// Puts another basis in the place of one that the begin is no solution of, if there is one where no pair vanishes.
+void ModeSearch::CorrectAtBegin(Basis& basis) {
+  const std::optional<Pairs> proposed = PairsAtBegin(basis);
+  if (!proposed || !(proposed->values.array() < -proposed->noise.array()).any()) return;
+  Basis other(basis.size(), 0);
+  Vector y(q_begin_.size());
+  ++lcps_;
+  const LcpStatus verdict = MakeLcpSolver(problem_.M, selection_)->Solve(q_begin_, q_begin_noise_, other, y);
+  if (verdict != LcpStatus::kSolved) return;
+  const std::optional<Pairs> pairs = PairsAtBegin(other);
+  if (!pairs || !(pairs->values.array() > pairs->noise.array()).all()) return;
+  basis = other;
+  q_begin_.resize(0);
 }
 
 void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
@@ -143,6 +194,7 @@ void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
 }
 
 void ModeSearch::Lasted(const Mode& mode) {
+  q_begin_.resize(0);
   if (history_.empty()) return;
   guess_.clear();
   std::fill(history_.begin(), history_.end(), 0);

@@ -6,6 +6,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/discretization/step_cache.h"
@@ -47,6 +48,12 @@ class ModeSearch {
   Proposal Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise, const DataSizes& sizes,
                 double scale, double longest, int attempt, bool trusts_guess);
 
+  // Until a mode has lasted, searches are at 0, where x0 is exact and g is `g`. If some w_i is driven away from zero, a
+  // solution begins on each side of it, and a look ahead does not see on which side w_i is. So a proposal that the
+  // signs at 0 contradict is replaced by the active set of a solution of LCP(N x0 + g, M), if no pair vanishes in it.
+  // Does nothing where y is a function of x, and for kHistory.
+  void BeginAt(const Vector& x0, const Vector& g);
+
   // The next search starts from the active set of `mode` with `guard`, the index whose guard ended it, added or
   // removed. If the numbers at an event are as small as the rounding of the LCP, this guess is accepted as the
   // solution.
@@ -68,10 +75,16 @@ class ModeSearch {
     ModeStepper stepper;
     std::unique_ptr<LcpSolver> solver;
   };
+  struct Pairs {
+    Vector values, noise;
+  };
+  std::optional<Pairs> PairsAtBegin(const Basis& basis) const;
+  void CorrectAtBegin(Basis& basis);
   void KeepNear(const Vector& from, Eigen::Ref<Vector> x) const;
   double StepOf(double t, double scale, double longest, int attempt) const;
 
   const Problem& problem_;
+  const Selection selection_;
   SourceSampler& sources_;
   ModeMaker maker_;
   Matrix abs_N_;
@@ -80,8 +93,9 @@ class ModeSearch {
   StepCache<LookAhead> look_aheads_;
   std::map<std::vector<Index>, std::unique_ptr<Mode>> modes_;  // by their active sets; null where there is none
   Basis basis_;
-  Basis history_;  // empty without kHistory
-  Basis guess_;    // empty where there is none
+  Basis history_;                   // empty without kHistory
+  Basis guess_;                     // empty where there is none
+  Vector q_begin_, q_begin_noise_;  // N x0 + g; empty where it is of no use any more
   Vector y_, f_begin_, f_end_, g_, predicted_, q_, tolerance_;
   LegendreSeries f_;
   Index lcps_ = 0;

@@ -29,8 +29,9 @@ struct ComplementarityResult {
   };
   Verdict verdict = Verdict::kStalled;
   Index lcps = 0;
-  double residual = 0;  // ‖min(y, G(y))‖_∞
-  std::string why;      // where the verdict is not kSolved
+  double residual = 0;    // ‖min(y, G(y))‖_∞
+  std::string why;        // where the verdict is not kSolved
+  bool no_state = false;  // `why` is about the x of a coupled step, not about y
 };
 
 // Solves for a sequence of functions G, neighbors in time: the Jacobian and the LCP solver of the last one are kept as

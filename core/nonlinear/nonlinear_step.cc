@@ -64,8 +64,15 @@ ComplementarityResult SolveCoupledStep(NonlinearFunctions& functions, double t, 
   CoupledStep step(functions, t, known, after, W, x);
   const ComplementarityFunction function{[&](const Vector& at) { return step.Value(at); },
                                          [&](const Vector& at) { return step.Jacobian(at); }};
-  const ComplementarityResult result = JosephyNewton(Selection::kAny).Solve(function, y);
-  if (result.verdict == ComplementarityResult::Verdict::kSolved) x = step.State(y);
+  ComplementarityResult result = JosephyNewton(Selection::kAny).Solve(function, y);
+  const Vector found = step.State(y);
+  if (result.verdict == ComplementarityResult::Verdict::kSolved) {
+    x = found;
+  } else if (!found.allFinite()) {
+    result.verdict = ComplementarityResult::Verdict::kStalled;
+    result.why = "Newton's method finds no x at its end: f may jump there, or change too fast with x";
+    result.no_state = true;
+  }
   return result;
 }
 

@@ -15,7 +15,7 @@ namespace dlcs {
 // is eliminated by Newton's method, and y(x) is a nonlinear complementarity problem with Jacobian g_y + g_x (I - after
 // (f_x - W))⁻¹ after f_y. `x` and `y` hold guesses and take the solution. Finds any solution of the coupled step; the
 // caller has to check whether y is the selected solution of 0 <= y ⟂ g(t, x, ·) >= 0. Errors: the verdicts of
-// JosephyNewton.
+// JosephyNewton; kStalled where Newton's method found no x for the y that it ended with.
 // Cost: a few LU of m × m per LCP.
 ComplementarityResult SolveCoupledStep(NonlinearFunctions& functions, double t, const Vector& known,
                                        const Matrix& after, const Matrix& W, Vector& x, Vector& y);

@@ -14,6 +14,7 @@
 #include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_product.h"
+#include "core/nonlinear/blow_up.h"
 #include "core/nonlinear/josephy_newton.h"
 #include "core/nonlinear/nonlinear_step.h"
 #include "core/nonlinear/window_sources.h"
@@ -188,6 +189,14 @@ class Iteration {
         return steps;
       }
       if (couple || width_is_fixed()) {
+        if (const auto blow_up =
+                FindBlowUp(context_.functions, context_.selection, times.front(), problem_.horizon, x_, y_)) {
+          const std::string state = "x" + std::to_string(blow_up->state + 1);
+          context_.Fail(Termination::kNonFinite, blow_up->time,
+                        state + " grows without bound near t = " + FormatNumber(blow_up->time) + ", where it reaches " +
+                            FormatNumber(blow_up->value) + ".");
+          return 0;
+        }
         context_.Fail(result.termination, result.time,
                       couple ? "The step to t = " + FormatNumber(end) + " failed: " + result.why + "."
                              : "The window [" + FormatNumber(begin) + ", " + FormatNumber(end) + "] failed after " +

@@ -24,13 +24,18 @@ SplittingOutcome FailureOf(NonlinearContext& context, const ComplementarityResul
                            const Vector& y) {
   SplittingOutcome failure;
   failure.time = t;
-  failure.why = "0 <= y ⟂ g(t, x, y) >= 0 at t = " + FormatNumber(t) + " was not solved: " + result.why;
+  failure.why = result.no_state
+                    ? result.why
+                    : "0 <= y ⟂ g(t, x, y) >= 0 at t = " + FormatNumber(t) + " was not solved: " + result.why;
   if (result.verdict == Verdict::kInfeasible) failure.termination = Termination::kInfeasible;
-  if (result.verdict == Verdict::kNonFinite) {
-    failure.termination = Termination::kNonFinite;
+  if (result.verdict == Verdict::kNonFinite || result.no_state) {
+    if (result.verdict == Verdict::kNonFinite) failure.termination = Termination::kNonFinite;
     std::string where = DescribeNonFinite("g", context.problem.g, context.functions.G(t, x, y), t);
     if (where.empty()) where = DescribeNonFinite("f", context.problem.f, context.functions.F(t, x, y), t);
-    if (!where.empty()) failure.why = where;
+    if (!where.empty()) {
+      failure.termination = Termination::kNonFinite;
+      failure.why = where;
+    }
   }
   return failure;
 }

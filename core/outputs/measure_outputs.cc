@@ -391,6 +391,7 @@ absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution
       }
       for (const std::size_t k : batch.measurements) {
         if (solution.pieces.empty() && !has_all_nodes) {
+          if (solution.method == Method::kEventDriven) continue;  // it has pieces, if it has come to a step
           solution.measurements[k].reason = std::string("with ") + MethodName(solution.method) +
                                             " the nodes are measured, and the trajectory has the output times alone: "
                                             "ask for no output times, or for event-driven.";

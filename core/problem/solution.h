@@ -45,8 +45,9 @@ struct Certificate {
   double x_scale = std::numeric_limits<double>::quiet_NaN();
 
   // max over pairs of |min(y_i / size of y_i, w_i / size of w_i)|, which does not depend on units. The sizes are the
-  // largest values during the solve of |y_i|, and of the sum of the absolute values of the terms of w_i. NaN if states
-  // are not kept or the method does not measure it; so is the next field.
+  // largest values during the solve of |y_i|, and of the sum of the absolute values of the terms of w_i; where y is
+  // constant on steps, what it moves in one counts as a term of x_j. NaN if states are not kept or the method does not
+  // measure it; so is the next field.
   double node_residual_of_rows = std::numeric_limits<double>::quiet_NaN();
   double midpoint_residual_of_rows = std::numeric_limits<double>::quiet_NaN();
   // max over states and nodes of |x_i(t) - x_i(0) - ∫ (A x + B y + f)_i| / max |x_i|, without jumps, with the integral

@@ -93,9 +93,9 @@ absl::Status AddEnd(std::optional<double> end, bool extrema, v1::SolveOptions& o
 
 // Members in each shard.
 absl::StatusOr<std::int64_t> ShardMembers(std::int64_t asked, std::int64_t members, std::size_t columns,
-                                          double core_seconds, const SessionLimits& limits) {
+                                          double seconds_of_member, const SessionLimits& limits) {
   if (asked < 0) return InvalidRequest({{"shard_members", fmt::format("{}; must not be negative", asked)}});
-  const auto in_time = static_cast<std::int64_t>(std::clamp(kShardCoreSeconds / core_seconds, 1.0, 1e9));
+  const auto in_time = static_cast<std::int64_t>(std::clamp(kShardCoreSeconds / seconds_of_member, 1.0, 1e9));
   const std::int64_t wanted = asked > 0 ? asked : std::min(kDefaultShardMembers, in_time);
   const std::int64_t fitting =
       std::clamp<std::int64_t>(kShardResultBytes / MemberResultBytes(columns), 1, limits.max_members);
@@ -138,13 +138,14 @@ absl::StatusOr<SplitEnsemble> Split(v1::CreateEnsembleJobRequest request, const 
                              .result_bytes = *std::ranges::max_element(prepared->result_bytes),
                              .names = sound.names};
   SplitEnsemble split;
-  split.demand = PredictDemand(member);
+  const double all = std::max(1, members.size());
+  const double seconds_of_member = PredictDemand(member, all).core_seconds / all;
   const absl::StatusOr<std::int64_t> size =
-      ShardMembers(request.shard_members(), members.size(), columns->size(), split.demand.core_seconds, limits);
+      ShardMembers(request.shard_members(), members.size(), columns->size(), seconds_of_member, limits);
   if (!size.ok()) return size.status();
   const int in_shard = static_cast<int>(std::min<std::int64_t>(*size, members.size()));
   const int threads = std::clamp(sound.options.num_threads, 1, in_shard);
-  split.demand.core_seconds *= in_shard;
+  split.demand = PredictDemand(member, in_shard);
   // All threads that are free on the server that solves the shard, which may have more of them than this one.
   split.demand.threads = ensemble.options().threads() > 0 ? threads : in_shard;
   split.demand.memory_bytes =

@@ -38,6 +38,29 @@ double CountSteps(const PreparedSolve& prepared) {
   return std::max<double>(Options::kMaxDefaultSteps, static_cast<double>(prepared.result_bytes) / bytes_per_time);
 }
 
+// Floating-point operations, or what takes as long.
+struct Work {
+  double setup = 0;  // which solves of equal matrices share
+  double solve = 0;
+};
+
+// The default method of a small system without steps: few steps of high order, in modes whose Schur forms are kept.
+// More of them where the sources have break points; how often pairs switch is not known before.
+std::optional<Work> WorkOfEvents(const PreparedSolve& prepared) {
+  constexpr double kMostStates = 200, kMostModes = 40;
+  constexpr double kSteps = 60, kPerBreakPoint = 6;
+  const auto* linear = std::get_if<Problem>(&prepared.system);
+  const Options& options = prepared.options;
+  const double m = static_cast<double>(prepared.num_states()), n = static_cast<double>(prepared.num_constraints());
+  const bool takes_steps = options.method != Method::kAuto && options.method != Method::kEventDriven;
+  if (linear == nullptr || takes_steps || options.has_grid() || options.period != 0 || m > kMostStates) return {};
+  const double mode = 60 * m * m * m + 20 * n * n * m;
+  const double step = 30'000 + 400 * m * m + 40 * m * n + 10 * n * n;
+  const double steps = kSteps + kPerBreakPoint * static_cast<double>(linear->break_points.size());
+  const double outputs = static_cast<double>(prepared.result_bytes) / sizeof(double);
+  return Work{mode, std::min(n, kMostModes) * mode + steps * step + 20 * outputs};
+}
+
 // The request that was stored, with its problem.
 absl::StatusOr<v1::SolveRequest> ReadRequest(const std::string& body, const ProblemResolver& find) {
   v1::SolveRequest request;
@@ -47,17 +70,20 @@ absl::StatusOr<v1::SolveRequest> ReadRequest(const std::string& body, const Prob
 
 }  // namespace
 
-jobs::Demand PredictDemand(const PreparedSolve& prepared) {
+jobs::Demand PredictDemand(const PreparedSolve& prepared, double solves) {
   const double m = static_cast<double>(prepared.num_states()), n = static_cast<double>(prepared.num_constraints());
   const auto* linear = std::get_if<Problem>(&prepared.system);
   const bool dense = linear == nullptr || linear->A.is_dense();
   // A step multiplies with the propagator and solves an LCP from a warm start; a set-up exponentiates or factors.
   const double step = (dense ? 2 * m * m : 100 * m) + 4 * m * std::min(n, 100.0) + 10 * n * n + 1000;
-  const double setup = dense ? 60 * m * m * m : 2000 * m;
+  const Work by_steps{dense ? 60 * m * m * m : 2000 * m, CountSteps(prepared) * step};
+  const Work work = WorkOfEvents(prepared).value_or(by_steps);
   constexpr double kFlopsPerSecond = 1e9;
+  constexpr double kSecondsOfJob = 0.005, kSecondsOfSolve = 1e-4;
   constexpr double kLargeSeconds = 1;  // below, a second thread has nothing to do
   jobs::Demand demand;
-  demand.core_seconds = 0.005 + (setup + CountSteps(prepared) * step) / kFlopsPerSecond;
+  demand.core_seconds =
+      kSecondsOfJob + work.setup / kFlopsPerSecond + solves * (kSecondsOfSolve + work.solve / kFlopsPerSecond);
   demand.threads = demand.core_seconds < kLargeSeconds ? 1 : std::max(prepared.options.num_threads, 1);
   // The trajectory, a copy of it on its way to the store, and matrices.
   const double matrices = sizeof(double) * ((dense ? 10 * m * m : 100 * m) + 10 * n * n);

@@ -22,9 +22,10 @@ namespace dlcs {
 
 class SetupCache;
 
-// The predicted demand of a solve, accurate to a factor of ten in time and three in memory. The scheduler corrects the
+// The predicted demand of a job of so many solves one after the other, which share their set-up; accurate to a factor
+// of ten in time and three in memory, but for the time where pairs switch hundreds of times. The scheduler corrects the
 // time by what jobs actually took.
-jobs::Demand PredictDemand(const PreparedSolve& prepared);
+jobs::Demand PredictDemand(const PreparedSolve& prepared, double solves = 1);
 
 // The body of a job is a serialized v1::SolveRequest; a part of its trajectory is a serialized v1::TrajectoryChunk
 // whose indices count the whole trajectory, below 1 MB; the summary is a serialized v1::Summary, and the tally one with

@@ -173,7 +173,6 @@ std::vector<std::string> WithClosedParentheses(const std::vector<std::string>& p
   return names;
 }
 
-// The panels with the components that `show` names: "x" is all of x. Errors: InvalidArgument with the name.
 // The names, or the first of many.
 std::string Listed(std::vector<std::string> names) {
   constexpr std::size_t kMaxListed = 12;
@@ -182,6 +181,7 @@ std::string Listed(std::vector<std::string> names) {
   return fmt::format("{}{}", fmt::join(names, ", "), more ? ", ..." : "");
 }
 
+// The panels with the components that `show` names: "x" is all of x. Errors: InvalidArgument with the name.
 absl::StatusOr<std::vector<Panel>> ChosenPanels(const std::vector<Panel>& all, const std::vector<std::string>& show) {
   if (show.empty() && all.front().letter == kOutputs) return std::vector<Panel>{all.front()};
   if (show.empty()) return all;

@@ -104,6 +104,8 @@ absl::StatusOr<std::unique_ptr<Client>> ConnectForJobs(const ServerTarget& serve
   return Connect({.server = server.address.empty() ? ServerAt(kDefaultServer) : server});
 }
 
+double TimeToSubmit(double deadline_s) { return std::max(deadline_s, JobTarget().patience_s); }
+
 ExitCode SubmitEnsembleJob(const EnsembleCommand& command, Client& client, v1::CreateEnsembleJobRequest request,
                            const std::string& source, const CallLimits& limits) {
   request.mutable_results()->set_extrema(command.extrema);
@@ -138,7 +140,8 @@ ExitCode Run(const EnsembleCommand& command, std::unique_ptr<Backend> backend) {
   if (!solve.quiet) input->PrintNotes();
   std::optional<Interrupt> interrupt;
   const auto limits = [&] {
-    return CallLimits{.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt->token()};
+    const double time = command.detach ? TimeToSubmit(solve.deadline_s) : solve.deadline_s;
+    return CallLimits{.deadline = std::chrono::duration<double>(time), .stop = interrupt->token()};
   };
   if (input->is_uploaded()) {
     // Its shape is needed to read the members.

@@ -74,6 +74,9 @@ ExitCode PrintEnsemble(JobClient& client, const ResultCommand& command, const v1
 
 // A client of `server`, or of the default one.
 absl::StatusOr<std::unique_ptr<Client>> ConnectForJobs(const ServerTarget& server);
+// How long creating an ensemble job with this deadline may take: a server that says that the deadline is too soon needs
+// some time for that.
+double TimeToSubmit(double deadline_s);
 // Creates a job for the ensemble in `request`, which lacks its results alone, and prints its name. `source` is the name
 // of the problem in messages.
 ExitCode SubmitEnsembleJob(const EnsembleCommand& command, Client& client, v1::CreateEnsembleJobRequest request,

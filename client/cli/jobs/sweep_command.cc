@@ -95,9 +95,9 @@ ExitCode DetachSweep(const EnsembleCommand& command, const std::vector<SweptNetl
     for (const std::size_t k : group) labels.push_back(sweep[k].label);
     const std::string labeled = fmt::format("{}: {}", title.empty() ? source : title, fmt::join(labels, "; "));
     request.set_title(TruncateUtf8(labeled, kMaxTitleBytes));
-    const ExitCode code =
-        SubmitEnsembleJob(command, **client, std::move(request), source,
-                          {.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt.token()});
+    const ExitCode code = SubmitEnsembleJob(
+        command, **client, std::move(request), source,
+        {.deadline = std::chrono::duration<double>(TimeToSubmit(solve.deadline_s)), .stop = interrupt.token()});
     if (code != kSolved) return code;
   }
   return kSolved;

@@ -12,8 +12,8 @@
 namespace dlcs::client {
 
 // A sentence with the names of the pairs that switched last, for a solve that made no progress: those that switch again
-// and again without a break point between, or those of its last switching. Empty for others, and where the last
-// switching times are not listed.
+// and again without a break point between, faster and faster or as often as before; or those of its last switching.
+// Empty for others, and where the last switching times are not listed.
 std::string AboutLastSwitchings(const v1::Summary& summary, const DisplayNames& names);
 
 }  // namespace dlcs::client

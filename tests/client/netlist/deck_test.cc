@@ -167,6 +167,20 @@ TEST(DeckTest, ReadsWhatOneProgramAloneHas) {
   EXPECT_THAT(deck.notes, AllOf(Contains(HasSubstr("SIN of I1 ends after 2 cycles")),
                                 Contains(HasSubstr("AM of V1 has the order VA VO MF FC TD of ngspice 39")),
                                 Contains(HasSubstr("AM of V2 has the order VO VMO VMA FM FC TD"))));
+  // OrCAD writes R, C and .tran so, and ngspice reads = as a blank.
+  const Deck other = Good(
+      "V1 a 0 DC=0 AC=1 PULSE(0 1 0 1u 1u 1 2)\nV2 b 0 DC=5\nR_R1 a c  1k TC=0,0 \nC_C1 c 0  1u IC=0 TC=0,0\n"
+      "R2 b d 1\nD1 d 0 DX IC=0.6\n.model DX D(RON=1)\n.csparam q=1\n.PROBE V(alias(*)) I(alias(*)) W(alias(*))\n.tran "
+      "0 1m 0 1u SKIPBP\n");
+  EXPECT_EQ(std::get<PulseWave>(Named(other, "V1").source).high, 1);
+  EXPECT_EQ(std::get<ConstantWave>(Named(other, "V2").source).value, 5);
+  EXPECT_EQ(Named(other, "R_R1").value, 1e3);
+  EXPECT_EQ(Named(other, "C_C1").value, 1e-6);
+  EXPECT_TRUE(other.circuit.uses_initial_conditions);
+  EXPECT_TRUE(other.outputs.empty());  // all
+  EXPECT_THAT(other.notes, AllOf(Contains(HasSubstr("R_R1: tc is ignored")), Contains(HasSubstr("D1: ic is ignored")),
+                                 Contains(HasSubstr(".csparam is ignored"))));
+  EXPECT_THAT(Fault("V1 a 0 1 DC=2\nR1 a 0 1\n" + std::string(kRest)), HasSubstr("dc=2 is not supported"));
   EXPECT_THAT(Fault("V1 a 0 AM(1 1 100 20k 0 0 30)\nR1 a 0 1\n" + std::string(kRest)), HasSubstr("phases of AM"));
 }
 
@@ -394,6 +408,17 @@ TEST(DeckTest, ReadsResistancesOfPartsAndIgnoresTheirRatings) {
   EXPECT_THAT(deck.notes, Contains(HasSubstr("ipk is ignored")));
 }
 
+// As LTspice writes the inductors of its data base.
+TEST(DeckTest, ResistancesInParallelAreAcrossThoseInSeriesToo) {
+  const Deck deck = Good("V1 a 0 1\nL1 a b 33u Rser=20m Rpar=1k Cpar=3p\nR1 b 0 1\n" + std::string(kRest));
+  const Element &part = Named(deck, "L1"), &series = Named(deck, "L1#rser");
+  EXPECT_EQ(part.plus, series.minus);
+  for (const char* name : {"L1#rpar", "L1#cpar"}) {
+    EXPECT_EQ(Named(deck, name).plus, series.plus) << name;
+    EXPECT_EQ(Named(deck, name).minus, part.minus) << name;
+  }
+}
+
 // Two of each kind in parallel, with what is in them; C2 is a resistance, an inductance and a capacitance in series.
 TEST(DeckTest, ReadsInductancesAndNumbersOfParts) {
   const Deck deck = Good(
@@ -514,7 +539,8 @@ TEST(DeckTest, TakesTheTranOfAControlBlockWhereThereIsNoOther) {
   EXPECT_TRUE(deck.circuit.uses_initial_conditions);
   EXPECT_THAT(deck.notes, Contains(HasSubstr("a.cir:6: there is no .tran, and that of the .control block is taken")));
   EXPECT_EQ(Good(circuit + ".control\ntran 1u 2m\n.endc\n.tran 1u 1m\n").circuit.horizon, 1e-3);
-  EXPECT_THAT(Fault(circuit + ".control\ntran 1u 2m\ntran 1u 3m\n.endc\n"), HasSubstr("no .tran"));
+  EXPECT_THAT(Fault(circuit + ".control\ntran 1u 2m\nalter r1=2\ntran 1u 3m\n.endc\n"),
+              AllOf(HasSubstr("a.cir:8"), HasSubstr("the .control block has several")));
 }
 
 TEST(DeckTest, ATitleThatLooksLikeAnElementIsNoted) {
@@ -586,7 +612,6 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault(".step param r 1 2 0\nR1 a 0 1\n" + rest), HasSubstr("do not lead from 1 to 2"));
   EXPECT_THAT(Fault(".step temp 1 2 1\nR1 a 0 1\n" + rest), HasSubstr(".step param NAME"));
   EXPECT_THAT(Fault(".step param r 1 2 1\n.step param R 1 2 1\nR1 a 0 1\n" + rest), HasSubstr("stepped twice"));
-  EXPECT_THAT(Fault("R1 a 0 1\nC2 a 0 1u rser=1 cpar=1n\n" + rest), HasSubstr("write it as an element"));
   EXPECT_THAT(Fault("R1 a 0 1\nL2 a 0 1u lser=1n\n" + rest), HasSubstr("write it as an element"));
   EXPECT_THAT(Fault("R1 a 0 1\nC1 a 0 1u\n"), HasSubstr("a.cir: the deck has no .tran"));
   EXPECT_THAT(Fault("R1 a 0 1\n.tran 1u 0\n"), HasSubstr("TSTOP"));
@@ -604,6 +629,7 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault("E1 a 0 POLY(1) b 0 1 2 3\n" + rest), HasSubstr("powers or products"));
   EXPECT_THAT(Fault("E1 a 0 LAPLACE {V(a)} = {1/s}\n" + rest), HasSubstr("laplace is not supported"));
   EXPECT_THAT(Fault("E1 a 0 b 0 Laplace=1/(1+s)\n" + rest), HasSubstr("laplace is not supported"));
+  EXPECT_THAT(Fault("B1 a 0 V=idt(V(b))\n" + rest), HasSubstr("the current of a capacitor is a derivative"));
   EXPECT_THAT(Fault("E1 a 0 value=V(b)*2\n" + rest), HasSubstr("ENAME NODE NODE VALUE={...}"));
   EXPECT_THAT(Fault("D1 a 0 DX\n.model DX D(VFWD=0.5 RON)\n" + rest),
               AllOf(HasSubstr("a.cir:3:22"), HasSubstr("\"RON\" is not followed by =")));
@@ -616,6 +642,30 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault(".param a=1 a=2\nR1 a 0 1\n" + rest), HasSubstr("defined twice"));
   EXPECT_THAT(Fault(".control\nrun\n"), HasSubstr(".control without .endc"));
   EXPECT_THAT(Fault(""), HasSubstr("no .tran"));
+}
+
+TEST(DeckTest, ReadsThePointsOfSourcesFromFilesBelowItsFolder) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(::testing::TempDir()) / "deck_points";
+  fs::create_directories(folder);
+  std::ofstream(folder / "wave.txt") << "0 0\r\n1m,1\n\n2m\t3\n";
+  const auto read = [&folder](const std::string& line) {
+    return Read(line + "\nR1 a 0 1\n" + kRest, {}, folder.string());
+  };
+  for (const char* line :
+       {"V1 a 0 PWL file=wave.txt", "V1 a 0 PWL FILE = \"wave.txt\"", "V1 a 0 PWL(file='wave.txt')",
+        "V1 a 0\n+ pwl file=wave.txt\n+ td=0", "V1 a 0 PWL REPEAT FOREVER (file=wave.txt) ENDREPEAT"}) {
+    const auto deck = read(line);
+    ASSERT_TRUE(deck.ok()) << deck.status();
+    const auto& wave = std::get<PiecewiseLinearWave>(Named(*deck, "V1").source);
+    EXPECT_EQ(wave.times, (std::vector<double>{0, 1e-3, 2e-3})) << line;
+    EXPECT_EQ(wave.values, (std::vector<double>{0, 1, 3})) << line;
+  }
+  const auto fault = [&read](const std::string& line) { return std::string(read(line).status().message()); };
+  EXPECT_THAT(fault("V1 a 0 PWL file=nix.txt"), AllOf(HasSubstr("a.cir:2:17"), HasSubstr("reads nix.txt")));
+  EXPECT_THAT(fault("V1 a 0 PWL file=/etc/passwd"), HasSubstr("relative"));
+  EXPECT_THAT(fault("V1 a 0 PWL file=\"wave.txt\" zap=1"), AllOf(HasSubstr("a.cir:2:32"), HasSubstr("zap=1")));
+  EXPECT_THAT(Fault("V1 a 0 PWL file=wave.txt\n" + std::string(kRest)), HasSubstr("standard input"));
 }
 
 TEST(DeckTest, IncludesFilesBelowItsFolderOnly) {

@@ -157,6 +157,7 @@ TEST(MeasurementsTest, RefusesOtherFormsWithPlaceNameAndReason) {
   EXPECT_EQ(MeasurementFault(""), "");
   EXPECT_THAT(MeasurementFault(".meas tran x SPEC V(out)\n"),
               AllOf(HasSubstr("a.cir:7:14: .meas x"), HasSubstr("\"SPEC\" is not supported")));
+  EXPECT_THAT(MeasurementFault(".meas tran x MAX_AT V(out)\n"), HasSubstr("MAX shows the time too"));
   EXPECT_THAT(MeasurementFault(".meas tran x AVG V(nix)\n"),
               AllOf(HasSubstr("a.cir:7:18"), HasSubstr("no node \"nix\"")));
   EXPECT_THAT(MeasurementFault(".meas tran x AVG I(nix)\n"), HasSubstr("no element \"nix\""));

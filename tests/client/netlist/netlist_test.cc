@@ -55,6 +55,41 @@ TEST(NetlistTest, AResistorAndACapacitorChargeExponentially) {
   EXPECT_NEAR(Last(result, "i(V1)"), -0.01 * std::exp(-2.0), 1e-11);
 }
 
+// The inductor in series with the diode rests without current, but for rounding: not with a reverse one.
+TEST(NetlistTest, AnInductorInSeriesWithADiodeThatBlocksStartsWithoutCurrent) {
+  const auto result = Solved(
+      "V1 vcc 0 100\nL1 vcc d 1m\nD1 d f DM\nL2 f vcc 100n\nL3 d d1 50n\nS1 d1 0 g 0 SM\nR1 d1 sn 10\nC1 sn 0 2.2n\n"
+      "C2 d1 0 200p\nV2 g 0 PULSE(0 10 1u 10n 10n 20u 40u)\n.model SM SW(RON=0.05 ROFF=10meg VT=5 VH=1)\n"
+      ".model DM D(IS=1e-12 RS=20m)\n.tran 2n 90u\n",
+      "--at 2e-5");
+  // L1 has 100 V for 19 us, less the drop across the switch.
+  EXPECT_NEAR(Last(result, "i(L1)"), 1.9, 0.01);
+}
+
+// The sources feed themselves: a winding of the wrong sense.
+TEST(NetlistTest, WhatIsNotSolvedIsNotMeasured) {
+  const ProgramOutcome outcome = RunDlcs(
+      "solve " + WriteDeck("V1 in 0 100\nL1 in p 500u\nE1 sx 0 in p 0.1\nF1 p in V2 0.1\nV2 sx s 0\nS1 p 0 g 0 SW\n"
+                           "V3 g 0 PULSE(0 1 0 20n 20n 4u 10u)\nD1 p c DX\nC1 c 0 22n IC=100\nR1 c in 5k\nD2 s out DX\n"
+                           "C2 out 0 100u IC=5\nR2 out 0 1\n.model SW SW(RON=0.1 ROFF=1e5 VT=0.5)\n"
+                           ".model DX D(IS=1e-9 RS=5m)\n.tran 20n 2m uic\n.meas tran mean AVG V(out)\n"));
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.out,
+              AllOf(HasSubstr("stopped before it was measured"), Not(HasSubstr("ask for no output times"))));
+}
+
+// A choice between numbers by one comparison is a comparator, in whatever form it is written.
+TEST(NetlistTest, AChoiceByAComparisonFollowsItsVoltage) {
+  for (const char* value : {"if(V(a)>0.5, 5, 0)", "V(a)>0.5 ? 5 : 0", "(5*(V(a)>0.5))", "limit(10*(V(a)>0.5), 0, 5)"}) {
+    const auto result = Solved(fmt::format("V1 a 0 SIN(0 1 1k)\nB1 o 0 V={{{}}}\nR1 o 0 1k\n.tran 1u 1m\n"
+                                           ".meas tran mean AVG V(o)\n",
+                                           value),
+                               "--at 2.5e-4,7.5e-4");
+    EXPECT_NEAR(result["outputs"]["v(o)"][0].get<double>(), 5, 1e-9) << value;
+    EXPECT_NEAR(Last(result, "v(o)"), 0, 1e-9) << value;
+  }
+}
+
 // A capacitor at 126 V that sources of 1 V do not explain: an inductor charged it. 252 A flow when the switch closes.
 constexpr const char* kBoosted =
     "V1 a 0 1\nL1 a b 1m\nS1 b 0 g 0 SX\nC1 b 0 100p\nRb b 0 10meg\nVg g 0 PULSE(1 0 40u 1n 1n 2.5u)\n"

@@ -155,6 +155,22 @@ TEST(SpiceExpressionTest, MakesPiecewiseLinearFunctions) {
     EXPECT_DOUBLE_EQ(at("if(V(a)<0 || V(a)>1, 1, 0) + u(V(a)) + sgn(V(a))", x),
                      (x < 0 || x > 1) + (x > 0) + (x > 0 ? 1 : -1));
     EXPECT_DOUBLE_EQ(at("!(V(a)>0 && V(a)<2) ? 1 : 0", x), !(x > 0 && x < 2));
+    EXPECT_DOUBLE_EQ(at("if(V(a)>1, 5, 2)", x), x > 1 ? 5 : 2);
+    EXPECT_DOUBLE_EQ(at("if(1 >= V(a), 5, 0) + if((V(a)>0), {1}, 0)", x), (x <= 1 ? 5 : 0) + (x > 0 ? 1 : 0));
+    EXPECT_DOUBLE_EQ(at("(5*(V(a)>1))", x), x > 1 ? 5 : 0);
+    EXPECT_DOUBLE_EQ(at("max(2 + (V(a)>1), 2.5)", x), x > 1 ? 3 : 2.5);
+    EXPECT_DOUBLE_EQ(at("if(V(a)>0, 1, (1 - 2*(V(a)<-1)))", x), x < -1 ? -1 : 1);
+    EXPECT_DOUBLE_EQ(at("(-(V(a)>1)) + (0.5 < (V(a)>0))", x), (x > 1 ? -1 : 0) + (x > 0 ? 1 : 0));
+    EXPECT_DOUBLE_EQ(at("V(a)>1 ? 1 : V(a)<-1 ? -1 : V(a)", x), std::clamp(x, -1.0, 1.0));
+    EXPECT_DOUBLE_EQ(at("if(2*V(a)<-1, 3*V(a)+1, if(V(a)>2, 7 - V(a), if(V(a)>1, 6, V(a))))", x), x < -0.5 ? 3 * x + 1
+                                                                                                  : x > 2  ? 7 - x
+                                                                                                  : x > 1  ? 6
+                                                                                                           : x);
+    EXPECT_DOUBLE_EQ(at("V(a)>0 ? abs(V(a)-1) : table(-V(a), 1, 2, 4, 5)", x),
+                     x > 0 ? std::abs(x - 1) : std::clamp(1 - x, 2.0, 5.0));
+    EXPECT_DOUBLE_EQ(at("limit(-5, 5, 10*V(a))", x), std::clamp(10 * x, -5.0, 5.0));
+    EXPECT_DOUBLE_EQ(at("limit(5, V(a), -5) + limit(V(a), 2*V(a), 1)", x),
+                     std::clamp(x, -5.0, 5.0) + std::clamp(1.0, std::min(x, 2 * x), std::max(x, 2 * x)));
     EXPECT_DOUBLE_EQ(at("table(V(a), -1, 2, 1, 4)", x), std::clamp(x + 3, 2.0, 4.0));
     EXPECT_DOUBLE_EQ(at("pwl(V(a), -1, 2, 1, 4)", x), x + 3);
   }

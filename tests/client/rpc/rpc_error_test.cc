@@ -63,6 +63,11 @@ TEST(RpcErrorTest, TellsAMissingServerFromOneThatShutsDown) {
               HasSubstr("cannot take the call: shutting down"));
 }
 
+TEST(RpcErrorTest, DoesNotCallADeadlineAMissingServer) {
+  EXPECT_THAT(Words(grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED, "Deadline Exceeded")),
+              AllOf(HasSubstr("the deadline passed before host:1 answered"), Not(HasSubstr("no server"))));
+}
+
 TEST(RpcErrorTest, TellsWhyADlcsdDoesNotOfferACall) {
   EXPECT_EQ(Words(grpc::Status(grpc::StatusCode::UNIMPLEMENTED, "This server runs jobs: ask a front.")),
             "the server at host:1 refuses: This server runs jobs: ask a front.");

@@ -10,9 +10,11 @@
 #include <limits>
 #include <numbers>
 #include <set>
+#include <string>
 
 #include "core/event_driven/interpolant.h"
 #include "core/event_driven/rounded_data.h"
+#include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
@@ -455,6 +457,18 @@ TEST(EventDrivenTest, SaysWhenTheStateOverflows) {
   EXPECT_LT(solution.failure_time, 0.08);
 }
 
+TEST(EventDrivenTest, DoesNotCallALargeSourceInfinite) {
+  Problem problem = Scalar(-1, 1, 1, 2);
+  for (const char* source : {"1.7e308*cos(9*t)", "1e307*sin(40*t)"}) {
+    problem.g = TimeFunction::Formulas({source});
+    const Solution large = SolveAt(problem, 1e-9);
+    EXPECT_EQ(large.termination, Termination::kNonFinite) << source;
+    EXPECT_TRUE(large.message.starts_with("g[0] is ")) << large.message;
+    EXPECT_NE(large.message.find("overflow"), std::string::npos) << large.message;
+    EXPECT_EQ(large.message.find("finite"), std::string::npos) << large.message;
+  }
+}
+
 TEST(EventDrivenTest, DoesNotCallGrowthBeyondTheRangeOfNumbersInfeasible) {
   // y = 1000 (x2 - x1) + 0.001 grows like e^{1000 t}, beyond 1.8e308 at t = 0.72.
   Problem problem;
@@ -694,6 +708,74 @@ TEST(EventDrivenTest, CountsASolutionThatRoundingDecides) {
 
 // w = x1 = 1 + cos t - d falls below zero by d at t = π, where y holds it: x1 is d larger from there on, and x2, that
 // nothing else moves, is 1e10 d.
+// x' = 1 + v with v in Sgn(x), and scaled by powers of two: a relay that drives x away from 0. From 0 there are
+// solutions on both sides; from every other x0 one of them, on its side.
+TEST(EventDrivenTest, ARepellingRelayFollowsTheSignOfItsStart) {
+  for (const int unit : {0, -30, 30}) {
+    Problem problem;
+    problem.A = Matrix::Zero(1, 1);
+    problem.B = std::ldexp(1.0, unit) * (Matrix(1, 2) << -1, 0).finished();
+    problem.N = std::ldexp(1.0, -unit) * (Matrix(2, 1) << 1, 0).finished();
+    problem.M = (Matrix(2, 2) << 0, 1, -1, 0).finished();
+    problem.f = TimeFunction::Constant(Vector::Constant(1, std::ldexp(1.0, unit)));
+    problem.g = TimeFunction::Constant(Vector{{0, 2}});
+    problem.horizon = 3;
+    for (const double distance : {1.0, 1e-6, 1e-9, 1e-11, 1e-12, 1e-13, 1e-15, 1e-17, 1e-40}) {
+      for (const double sign : {-1.0, 1.0}) {
+        problem.x0 = Vector::Constant(1, std::ldexp(sign * distance, unit));
+        const Solution solution = SolveAt(problem, kNoTolerance);
+        ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+        EXPECT_NEAR(std::ldexp(LastState(solution)[0], -unit), sign * (3 + distance), 1e-9) << sign * distance;
+      }
+    }
+  }
+}
+
+// x1 = 1e6 cos 10t drives x2 = small sin 5t, whose terms of 5e7 cancel but for rounding: the figure counts what that is
+// of x2, also where x2 is no larger than the bound of its rounding.
+TEST(EventDrivenTest, CountsRoundingInWhatIsLeftOfLargeTerms) {
+  Problem problem;
+  problem.A = Matrix{{-100, 0}, {-50, -0.01}};
+  problem.B = Matrix::Zero(2, 1);
+  problem.N = Matrix::Zero(1, 2);
+  problem.M = Matrix{{1}};
+  problem.g = TimeFunction::Constant(Vector{{1}});
+  problem.x0 = Vector{{1e6, 0}};
+  problem.horizon = 3;
+  for (const double small : {1e-2, 1e-4, 1e-5, 2e-6, 1e-6}) {
+    const std::string size = FormatNumber(small);
+    problem.f = TimeFunction::Formulas(
+        {"-1e7*sin(10*t)+100.0*1e6*cos(10*t)", "5e7*cos(10*t)+" + size + "*(5*cos(5*t)+0.01*sin(5*t))"});
+    const Solution solution = SolveAt(problem, kNoTolerance);
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    double error = 0;
+    for (Index k = 0; k < solution.x.cols(); ++k) {
+      error = std::max(error, std::abs(solution.x(1, k) / small - std::sin(5 * solution.times[k])));
+    }
+    EXPECT_GT(error, 1e-8) << size;  // it is rounding
+    EXPECT_GE(solution.accuracy.error, error) << size;
+  }
+}
+
+// Of numbers that are sums themselves, such as 0.1 + 0.2 - 0.3, the sign is rounding: a relay that attracts x holds it
+// at 0 from there, at once.
+TEST(EventDrivenTest, AStartThatIsRoundingRests) {
+  Problem problem;
+  problem.A = Matrix::Zero(1, 1);
+  problem.B = (Matrix(1, 2) << 2, 0).finished();
+  problem.N = (Matrix(2, 1) << 1, 0).finished();
+  problem.M = (Matrix(2, 2) << 0, 1, -1, 0).finished();
+  problem.f = TimeFunction::Constant(Vector::Constant(1, -2));
+  problem.g = TimeFunction::Constant(Vector{{0, 2}});
+  problem.horizon = 3;
+  for (const double start : {0.1 + 0.2 - 0.3, -(0.1 + 0.2 - 0.3), 0.0}) {
+    problem.x0 = Vector::Constant(1, start);
+    const Solution solution = SolveAt(problem, kNoTolerance);
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    EXPECT_NEAR(LastState(solution)[0], 0, 1e-15) << start;
+  }
+}
+
 TEST(EventDrivenTest, FindsShallowContactsOrCountsThem) {
   constexpr double kGain = 1e10;
   for (const double depth : {1e-6, 1e-8, 1e-9, 1e-10, 1e-11}) {

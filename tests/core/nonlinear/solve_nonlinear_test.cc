@@ -282,6 +282,53 @@ TEST(SolveNonlinear, EndsAtAPole) {
   EXPECT_NEAR(solution.failure_time, 1, 0.05) << solution.message;
 }
 
+// x' = c x^p from 1: x is infinite at t = 1/(c (p - 1)).
+TEST(SolveNonlinear, NamesABlowUp) {
+  struct Growth {
+    std::string f;
+    double end;
+  };
+  for (const Growth& growth :
+       {Growth{"x1**2", 1}, {"4*x1**1.5", 0.5}, {"x1**3 + y1", 0.5}, {"0.5*(1+x1**2)", 1.5708}}) {
+    for (const Options& options : {Options(), Steps(400)}) {
+      NonlinearProblem problem;
+      problem.f = {growth.f};
+      problem.g = {"1 + y1"};
+      problem.x0 = Vector::Ones(1);
+      problem.horizon = 2;
+      const Solution solution = SolveWith(problem, options);
+      EXPECT_EQ(solution.termination, Termination::kNonFinite) << growth.f;
+      EXPECT_THAT(solution.message, HasSubstr("x1 grows without bound near t = ")) << growth.f;
+      EXPECT_NEAR(solution.failure_time, growth.end, 0.02) << growth.f;
+    }
+  }
+}
+
+// A jump of f where x rests on it: no step gets past it, and neither the LCP nor growth is to blame.
+TEST(SolveNonlinear, DoesNotBlameTheLcpForAJumpOfF) {
+  NonlinearProblem problem;
+  problem.f = {"-sign(x1)"};
+  problem.g = {"1 + y1"};
+  problem.x0 = Vector::Ones(1);
+  problem.horizon = 4;
+  const Solution solution = SolveWith(problem, Options());
+  EXPECT_EQ(solution.termination, Termination::kIterationLimit);
+  EXPECT_THAT(solution.message, HasSubstr("f may jump there"));
+  EXPECT_EQ(solution.message.find("⟂"), std::string::npos) << solution.message;
+  EXPECT_EQ(solution.message.find("without bound"), std::string::npos) << solution.message;
+}
+
+// e^{40 t} is large, but ends nowhere.
+TEST(SolveNonlinear, DoesNotCallExponentialGrowthABlowUp) {
+  NonlinearProblem problem;
+  problem.f = {"40*x1"};
+  problem.g = {"x1 - y1 - y1**3"};  // without a solution from x1 < 0 on
+  problem.x0 = Vector::Constant(1, -1e-3);
+  problem.horizon = 20;
+  const Solution solution = SolveWith(problem, Steps(100));
+  EXPECT_EQ(solution.message.find("without bound"), std::string::npos) << solution.message;
+}
+
 TEST(SolveNonlinear, RefusesWhatTheSplittingCannotDetermine) {
   NonlinearProblem problem = Harvest();
   problem.g = {"x1 - 0.5"};

@@ -275,6 +275,16 @@ TEST_F(EnsembleJobTest, TheSameRequestIsOneJobAndNothingIsStoredToValidate) {
   EXPECT_EQ(jobs().SubmitEnsemble(request, {}).status().code(), absl::StatusCode::kAlreadyExists);
 }
 
+// A thousand solves by the default method, of a system of one state and one pair, take half a second.
+TEST_F(EnsembleJobTest, ManySmallSolvesArePredictedToBeShort) {
+  v1::CreateEnsembleJobRequest request = SwitchingEnsemble(1000, 50, 0);
+  request.mutable_ensemble()->clear_options();
+  request.set_validate_only(true);
+  const double predicted = Submit(request).predicted_core_seconds();
+  EXPECT_GT(predicted, 0.2);
+  EXPECT_LT(predicted, 5);
+}
+
 TEST_F(EnsembleJobTest, ACancelledEnsembleKeepsWhatIsStored) {
   const v1::SolveJob job = Submit(SwitchingEnsemble(2000, 3000, 2));
   while (Get(job.name()).ensemble().shards_done() == 0) std::this_thread::sleep_for(milliseconds(5));

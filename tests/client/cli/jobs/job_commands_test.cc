@@ -463,6 +463,10 @@ TEST_F(JobCommandsTest, TheDeadlineOfADetachedEnsembleIsThatOfTheJob) {
   EXPECT_THAT(Dlcs("get " + other).out, Not(HasSubstr("deadline")));
   const ProgramOutcome late = Dlcs("ensemble - " + members + " --steps 1000000 --detach --deadline 1e-3", kEasyProblem);
   EXPECT_NE(late.code, 0);
+  EXPECT_THAT(late.err, AllOf(HasSubstr("deadline"), Not(HasSubstr("dlcsd listens"))));
+  const ProgramOutcome passed = Dlcs("ensemble - " + members + " --steps 10 --detach --deadline 1e-6", kEasyProblem);
+  EXPECT_NE(passed.code, 0);
+  EXPECT_THAT(passed.err, HasSubstr("deadline: passed"));
 }
 
 // Points of a sweep that change sources alone share their matrices, and are one job.
