@@ -3,8 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstddef>
+#include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,18 +18,20 @@ namespace {
 
 class OutputTable {
  public:
-  explicit OutputTable(const CircuitOutputs& all) : all_(all) {}
+  explicit OutputTable(const CircuitOutputs& all) : all_(all) {
+    for (std::size_t k = 0; k < all.names.size(); ++k) rows_.emplace(Lower(all.names[k]), static_cast<Index>(k));
+  }
 
   // The index of the output with this value, which is added under `name` if it is new.
   Index Add(std::string name, const LinearValue& value) {
-    for (std::size_t k = 0; k < values_.size(); ++k) {
-      if (values_[k].constant == value.constant && values_[k].factors == value.factors) return static_cast<Index>(k);
-    }
+    const auto [place, is_new] =
+        places_.emplace(std::pair(value.constant, value.factors), static_cast<Index>(values_.size()));
+    if (!is_new) return place->second;
     const std::string first = name;
-    for (int number = 2; IsTaken(name); ++number) name = fmt::format("{} #{}", first, number);
+    for (int number = 2; !taken_.insert(name).second; ++number) name = fmt::format("{} #{}", first, number);
     names_.push_back(std::move(name));
     values_.push_back(value);
-    return static_cast<Index>(values_.size()) - 1;
+    return place->second;
   }
   Index Add(const std::string& name) { return Add(name, {0, {{Lower(name), 1}}}); }
 
@@ -58,14 +61,10 @@ class OutputTable {
   }
 
  private:
-  bool IsTaken(const std::string& name) const { return std::find(names_.begin(), names_.end(), name) != names_.end(); }
-
   // -1 for ground.
   Index RowOf(const std::string& lower) const {
-    for (std::size_t k = 0; k < all_.names.size(); ++k) {
-      if (Lower(all_.names[k]) == lower) return static_cast<Index>(k);
-    }
-    return -1;
+    const auto found = rows_.find(lower);
+    return found == rows_.end() ? -1 : found->second;
   }
 
   // factor · quantity, of which v(a,b) is a difference.
@@ -80,6 +79,9 @@ class OutputTable {
   }
 
   const CircuitOutputs& all_;
+  std::map<std::string, Index> rows_;  // of `all_`, by name in small letters
+  std::map<std::pair<double, std::map<std::string, double>>, Index> places_;
+  std::set<std::string> taken_;
   std::vector<std::string> names_;
   std::vector<LinearValue> values_;
 };

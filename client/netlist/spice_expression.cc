@@ -19,7 +19,10 @@ namespace {
 
 constexpr int kMaxLevels = 64;
 constexpr double kRounding = 1e-14;
-constexpr std::size_t kMaxWork = 1'000'000;  // letters of functions of the user that one expression reads
+
+// Letters of functions of the user that one expression reads, and that all of a deck read: some tenths of a second.
+constexpr std::size_t kMaxWork = 100'000;
+constexpr std::size_t kMaxWorkOfDeck = 2'000'000;
 
 }  // namespace
 
@@ -67,11 +70,12 @@ class ExpressionReader {
   }
 
   // A function of time, as a formula in the language of the engine.
-  LinearValue OfTime(std::string text) {
-    // Each function writes its arguments at least once.
+  LinearValue OfTime(std::string text) { return Short({.of_time = std::move(text)}); }
+  // Functions and sums write their arguments at least once: the text may double with every call of a function.
+  LinearValue Short(LinearValue value) {
     constexpr std::size_t kMaxText = 20000;
-    if (text.size() > kMaxText) return Fail("the function of time is too long");
-    return {.of_time = std::move(text)};
+    if (value.of_time.size() > kMaxText) return Fail("the function of time is too long");
+    return value;
   }
 
   LinearValue Choice() { return Settled(OpenChoice()); }
@@ -248,7 +252,7 @@ class ExpressionReader {
       const char sign = Peek();
       if (sign != '+' && sign != '-') return value;
       ++at_;
-      value = Sum(Settled(value), Settled(Product()), sign == '+' ? 1 : -1);
+      value = Short(Sum(Settled(value), Settled(Product()), sign == '+' ? 1 : -1));
     }
   }
   LinearValue Product() {
@@ -401,7 +405,7 @@ class ExpressionReader {
     Bindings bound;
     for (std::size_t k = 0; k < arguments.size(); ++k) bound[function.arguments[k]] = arguments[k];
     work_ += function.body.size();
-    if (work_ > kMaxWork) return Fail("calls too many functions");
+    if (!home.Count(function.body.size()) || work_ > kMaxWork) return Fail("calls too many functions");
     auto value = ExpressionReader(function.body, home, bound, maker_, depth_ + 1, work_).Read();
     if (value.ok()) return *value;
     if (error_.ok()) error_ = value.status();
@@ -522,6 +526,13 @@ bool ParameterScope::DefineValue(const std::string& name, double value) {
 
 bool ParameterScope::DefineFunction(const std::string& name, std::vector<std::string> arguments, std::string body) {
   return functions_.try_emplace(name, Function{std::move(arguments), std::move(body)}).second;
+}
+
+bool ParameterScope::Count(std::size_t letters) {
+  ParameterScope* outermost = this;
+  while (outermost->around_ != nullptr) outermost = outermost->around_;
+  outermost->work_ += letters;
+  return outermost->work_ <= kMaxWorkOfDeck;
 }
 
 ParameterScope* ParameterScope::Where(const std::string& name) {

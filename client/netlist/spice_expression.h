@@ -16,6 +16,7 @@
 #ifndef DLCS_CLIENT_NETLIST_SPICE_EXPRESSION_H_
 #define DLCS_CLIENT_NETLIST_SPICE_EXPRESSION_H_
 
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <optional>
@@ -67,6 +68,8 @@ class ParameterScope {
     std::string body;
   };
 
+  // Adds to the letters of functions that the whole deck has read. Returns whether these are still not too many.
+  bool Count(std::size_t letters);
   absl::StatusOr<double> ValueOf(const std::string& name, int depth);
   ParameterScope* Where(const std::string& name);
   ParameterScope* WhereFunction(const std::string& name);
@@ -74,6 +77,7 @@ class ParameterScope {
   ParameterScope* around_;
   std::map<std::string, Parameter> values_;
   std::map<std::string, Function> functions_;
+  std::size_t work_ = 0;  // of the outermost: the letters of functions that all expressions have read
 };
 
 }  // namespace dlcs::client

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/circuits/circuit_problem.h"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -77,10 +78,18 @@ class Formulation {
     return status;
   }
 
+  // Switches with the same control and model have the same gate.
+  struct KnownGate {
+    Eigen::RowVectorXd control;  // by the sources
+    const SwitchModel* model;
+    Waveform gate;
+  };
+
   // The gates of all switches that sources control, those first whose controls depend on no other gate. False if there
   // are others, which then are in `in_loop_`.
   absl::StatusOr<bool> FindGates() {
     std::vector<bool> found(AsSize(states_.num_sources()));
+    std::vector<KnownGate> known;
     for (Index s = 0; s < states_.num_sources(); ++s) found[AsSize(s)] = !graph_.sources[AsSize(s)].is_gate;
     for (bool progress = true; progress;) {
       progress = false;
@@ -96,16 +105,25 @@ class Formulation {
           terms.push_back({control.s[k], graph_.sources[AsSize(k)].wave});
         }
         if (!ready) continue;
-        const auto gate = GateOf(terms, ElementAt(switched).switching, circuit_.horizon);
-        if (!gate.ok()) {
-          return absl::InvalidArgumentError(WithPlace(ElementAt(switched)) +
-                                            ": the times at which its control crosses "
-                                            "its thresholds could not be found: " +
-                                            std::string(gate.status().message()));
+        const SwitchModel& model = ElementAt(switched).switching;
+        auto same = std::find_if(known.begin(), known.end(), [&](const KnownGate& one) {
+          const SwitchModel& other = *one.model;
+          return one.control == control.s && other.threshold == model.threshold &&
+                 other.hysteresis == model.hysteresis && other.starts_closed == model.starts_closed;
+        });
+        if (same == known.end()) {
+          auto gate = GateOf(terms, model, circuit_.horizon);
+          if (!gate.ok()) {
+            return absl::InvalidArgumentError(WithPlace(ElementAt(switched)) +
+                                              ": the times at which its control crosses "
+                                              "its thresholds could not be found: " +
+                                              std::string(gate.status().message()));
+          }
+          same = known.insert(known.end(), {control.s, &model, *std::move(gate)});
         }
         for (Index k = s; k < states_.num_sources(); ++k) {
           if (graph_.sources[AsSize(k)].element != switched || !graph_.sources[AsSize(k)].is_gate) continue;
-          graph_.sources[AsSize(k)].wave = *gate;
+          graph_.sources[AsSize(k)].wave = same->gate;
           found[AsSize(k)] = true;
         }
         progress = true;
@@ -295,8 +313,11 @@ class Formulation {
     const MatrixClass known = Classify(M);
     if (known.p.yes() || known.positive_semidefinite.yes()) return absl::OkStatus();
     problem.rule = SolutionRule::kHistory;
-    const TimeAxis axis{problem.horizon, BreakPoints(problem.g, problem.horizon)};
-    auto evaluator = TimeFunctionEvaluator::Create(problem.g, n, axis);
+    // There may be a piece for each time at which a switch acts.
+    const TimeFunction at_start{.pieces = {problem.g.pieces.front()}, .lift = problem.g.lift};
+    const double end = problem.g.pieces.size() > 1 ? problem.g.pieces[1].start : problem.horizon;
+    const TimeAxis axis{end, BreakPoints(at_start, end)};
+    auto evaluator = TimeFunctionEvaluator::Create(at_start, n, axis);
     if (!evaluator.ok()) return evaluator.status();
     Vector g(n);
     evaluator->Evaluate(axis.Nearest(0), Side::kRight, g);
@@ -495,8 +516,10 @@ absl::StatusOr<CircuitProblem> MakeCircuitProblem(const Circuit& circuit) { retu
 
 Outputs CombinedOutputs(const CircuitOutputs& all, const Matrix& rows, const Vector& constants) {
   Outputs outputs;
-  outputs.C = rows * all.x_factors;
-  outputs.D = rows * all.y_factors;
+  // Most rows choose one output.
+  const Eigen::SparseMatrix<double, Eigen::RowMajor> few = rows.sparseView();
+  outputs.C = Matrix(few * all.x_factors);
+  outputs.D = Matrix(few * all.y_factors);
   outputs.h = RowsOf(all.sources, rows, constants);
   return outputs;
 }

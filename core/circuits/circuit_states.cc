@@ -118,23 +118,24 @@ void CircuitStates::MakeStorageMatrix() {
 // x~' = A x~ + K y + S s.
 absl::Status CircuitStates::FindDynamics() {
   const Index m = num_states(), e = num_excess();
-  Matrix T = Matrix::Zero(m + e, m), Theta = Matrix::Zero(m + e, num_sources());
-  T.topRows(m).setIdentity();
+  // The excess values as T x + Θ s, and what they drive the states with, Π.
+  Matrix T(e, m), Theta(e, num_sources()), Pi(m, e);
   for (Index k = 0; k < e; ++k) {
     const Parts own = PartsOf(Own(excess_[AsSize(k)]));
-    T.row(m + k) = own.x;
-    Theta.row(m + k) = own.s;
+    T.row(k) = own.x;
+    Theta.row(k) = own.s;
   }
-  Matrix H(m, m), K(m, num_pairs()), S(m, num_sources()), Pi = Matrix::Zero(m, m + e);
-  Pi.leftCols(m).setIdentity();
+  Matrix H(m, m), K(m, num_pairs()), S(m, num_sources());
   for (Index k = 0; k < m; ++k) {
     const Parts drive = PartsOf(Drive(states_[AsSize(k)]));
     H.row(k) = drive.x;
     K.row(k) = drive.y;
     S.row(k) = drive.s;
-    Pi.row(k).tail(e) = -drive.e;
+    Pi.row(k) = -drive.e;
   }
-  const Matrix mass = Pi * storage_ * T;
+  const Matrix driven = storage_.topRows(m) + Pi * storage_.bottomRows(e);
+  const Matrix mass = driven.leftCols(m) + driven.rightCols(e) * T;
+  const bool is_diagonal = mass.isDiagonal(0);
   // In units that make the diagonal 1 where it is not 0.
   Vector unit = storage_.diagonal().head(m).cwiseSqrt();
   for (Index k = 0; k < m; ++k) {
@@ -142,35 +143,37 @@ absl::Status CircuitStates::FindDynamics() {
   }
   const Matrix scaled = unit.cwiseInverse().asDiagonal() * mass * unit.cwiseInverse().asDiagonal();
   Eigen::FullPivLU<Matrix> factors;
-  if (m > 0) factors.compute(scaled);
-  if (m > 0 && !(factors.matrixLU().diagonal().cwiseAbs().minCoeff() >
-                 64 * std::numeric_limits<double>::epsilon() * static_cast<double>(m))) {
+  if (!is_diagonal) factors.compute(scaled);
+  const Vector pivots = is_diagonal ? scaled.diagonal() : factors.matrixLU().diagonal();
+  if (m > 0 && !(pivots.cwiseAbs().minCoeff() > 64 * std::numeric_limits<double>::epsilon() * static_cast<double>(m))) {
     return absl::InvalidArgumentError("the equations of " + NamesOfStorages() +
                                       " are dependent: their capacitances, inductances and couplings leave fewer "
                                       "states than there are elements, which is not supported");
   }
   const auto divided = [&](const Matrix& right) -> Matrix {
-    if (m == 0 || mass.isDiagonal(0)) return mass.diagonal().cwiseInverse().asDiagonal() * right;
+    if (is_diagonal) return mass.diagonal().cwiseInverse().asDiagonal() * right;
     return unit.cwiseInverse().asDiagonal() * factors.solve(Matrix(unit.cwiseInverse().asDiagonal() * right));
   };
-  gamma_ = divided(Pi * storage_ * Theta);
+  gamma_ = divided(driven.rightCols(e) * Theta);
   a_ = divided(H);
   b_ = divided(K);
-  s_ = divided(S) - a_ * gamma_;  // x = x~ - Γ s
+  s_ = divided(S);
+  if (!gamma_.isZero(0)) s_ -= a_ * gamma_;  // x = x~ - Γ s
   // e = D_e (T x' + Θ s'), with x' = x~' - Γ s'.
-  const Matrix excess = storage_.bottomRows(e) * T;
+  const Matrix of_own = storage_.bottomRightCorner(e, e);
+  const Matrix excess = storage_.bottomLeftCorner(e, m) + of_own * T;
   e_x_ = excess * a_;
   e_y_ = excess * b_;
   e_s_ = excess * s_;
-  e_ds_ = storage_.bottomRows(e) * Theta - excess * gamma_;
+  e_ds_ = of_own * Theta - excess * gamma_;
   // What cancels is zero.
-  const Matrix terms = (storage_.bottomRows(e).cwiseAbs() * Theta.cwiseAbs()) + excess.cwiseAbs() * gamma_.cwiseAbs();
+  const Matrix terms = of_own.cwiseAbs() * Theta.cwiseAbs() + excess.cwiseAbs() * gamma_.cwiseAbs();
   for (Index k = 0; k < e_ds_.size(); ++k) {
     if (std::abs(e_ds_(k)) <= 1e-13 * terms(k)) e_ds_(k) = 0;
   }
-  state_from_storage_ = divided(Pi * storage_);
-  dependent_x_ = T.bottomRows(e);
-  dependent_s_ = Theta.bottomRows(e);
+  if (e > 0) state_from_storage_ = divided(driven);  // else the states are the storages
+  dependent_x_ = std::move(T);
+  dependent_s_ = std::move(Theta);
   return absl::OkStatus();
 }
 

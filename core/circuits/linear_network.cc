@@ -60,7 +60,7 @@ void LinearNetwork::FindPaths(Index nodes) {
     at_node[AsSize(branches_[AsSize(b)].plus)].push_back(b);
     at_node[AsSize(branches_[AsSize(b)].minus)].push_back(b);
   }
-  potential_ = Matrix::Zero(nodes, count);
+  potential_ = RowMajor::Zero(nodes, count);
   std::vector<bool> reached(AsSize(nodes), false);
   std::vector<Index> open = {0};
   reached[0] = true;
@@ -127,7 +127,7 @@ bool LinearNetwork::Solve(NetworkFault& fault) {
   const auto size = static_cast<Index>(unknowns.size());
 
   Vector unit(size);
-  Matrix equations(size, size), given(size, num_inputs_);
+  RowMajor equations(size, size), given(size, num_inputs_);
   for (Index k = 0; k < size; ++k) {
     const Branch& branch = branches_[AsSize(unknowns[AsSize(k)])];
     RowVector row;
@@ -151,10 +151,10 @@ bool LinearNetwork::Solve(NetworkFault& fault) {
   }
   const Matrix scaled = unit.cwiseInverse().asDiagonal() * equations * unit.asDiagonal();
 
-  primary_ = Matrix::Zero(count, num_inputs_);
-  bound_ = Matrix::Zero(count, num_inputs_);
+  primary_ = RowMajor::Zero(count, num_inputs_);
+  bound_ = RowMajor::Zero(count, num_inputs_);
   for (Index j = 0; j < num_inputs_; ++j) primary_(inputs[AsSize(j)], j) = bound_(inputs[AsSize(j)], j) = 1;
-  Matrix solved = Matrix::Zero(size, num_inputs_), terms = solved;
+  RowMajor solved = RowMajor::Zero(size, num_inputs_), terms = solved;
   // A block depends on later ones. What it does not depend on has factors of exactly 0, which one large inverse would
   // leave as rounding.
   const std::vector<std::vector<Index>> blocks = StronglyConnected(scaled);
@@ -178,9 +178,16 @@ bool LinearNetwork::Solve(NetworkFault& fault) {
     }
     const Vector own_unit = unit(*block);
     const Matrix inverse = own_unit.asDiagonal() * factors.inverse() * own_unit.cwiseInverse().asDiagonal();
-    const Matrix of_all = equations(*block, Eigen::all);  // of blocks that are not solved yet: zero, times zero
-    const Matrix right = given(*block, Eigen::all) - of_all * solved;
-    const Matrix size_of_right = given(*block, Eigen::all).cwiseAbs() + of_all.cwiseAbs() * terms;
+    Matrix right = given(*block, Eigen::all);
+    Matrix size_of_right = right.cwiseAbs();
+    for (Index k = 0; k < width; ++k) {
+      for (Index j = 0; j < size; ++j) {  // of blocks that are not solved yet: zero, times zero
+        const double factor = equations((*block)[AsSize(k)], j);
+        if (factor == 0) continue;
+        right.row(k) -= factor * solved.row(j);
+        size_of_right.row(k) += std::abs(factor) * terms.row(j);
+      }
+    }
     solved(*block, Eigen::all) = inverse * right;
     terms(*block, Eigen::all) = inverse.cwiseAbs() * size_of_right;
     for (const Index k : *block) {
@@ -194,9 +201,14 @@ bool LinearNetwork::Solve(NetworkFault& fault) {
   return true;
 }
 
+// Most entries of a row are zero: a path through the tree is short.
 RowVector LinearNetwork::InInputs(const RowVector& primary) const {
-  RowVector row = primary * primary_;
-  const RowVector terms = primary.cwiseAbs() * bound_;
+  RowVector row = RowVector::Zero(num_inputs_), terms = row;
+  for (Index b = 0; b < primary.size(); ++b) {
+    if (primary[b] == 0) continue;
+    row += primary[b] * primary_.row(b);
+    terms += std::abs(primary[b]) * bound_.row(b);
+  }
   for (Index j = 0; j < row.size(); ++j) {
     if (std::abs(row[j]) <= kCancels * terms[j]) row[j] = 0;
   }

@@ -102,10 +102,11 @@ class LinearNetwork {
   std::vector<Index> input_of_;
   Index num_inputs_ = 0;
   // Over primary quantities: of each branch its voltage if it is in the tree, otherwise its current.
-  Matrix potential_;  // nodes × branches
-  Matrix loops_;      // F: the voltage of a branch off the tree from those of the tree, branches × branches
-  Matrix primary_;    // branches × inputs
-  Matrix bound_;      // the size of the terms that made `primary_`
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  RowMajor potential_;  // nodes × branches
+  Matrix loops_;        // F: the voltage of a branch off the tree from those of the tree, branches × branches
+  RowMajor primary_;    // branches × inputs
+  RowMajor bound_;      // the size of the terms that made `primary_`
 };
 
 }  // namespace dlcs

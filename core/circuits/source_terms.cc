@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/circuits/source_terms.h"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -96,7 +97,8 @@ TimeFunction RowsOf(const TimeFunction& function, const Matrix& rows, const Vect
     return chosen;
   }
   // The first function of a lifted one is 1.
-  Matrix lift = rows * function.lift.Dense();
+  const Eigen::SparseMatrix<double, Eigen::RowMajor> few = rows.sparseView();  // most rows choose one
+  Matrix lift = few * function.lift.Dense();
   lift.col(0) += constants;
   const bool has_formulas = std::all_of(
       chosen.pieces.begin(), chosen.pieces.end(),

@@ -452,6 +452,7 @@ class Search {
       }
     }
     std::sort(narrow_.begin(), narrow_.end(), [](const Range& a, const Range& b) { return a.hi < b.hi; });
+    wide = Joined(std::move(wide));
     std::sort(times.begin(), times.end());
     std::vector<double> distinct;
     for (const double time : times) {
@@ -462,14 +463,32 @@ class Search {
     KeepSwitches(distinct, wide);
   }
 
-  // Keeps those of `times` at which the decision of a switch changes.
+  // The same times inside, as ranges that do not overlap, increasing.
+  static std::vector<Range> Joined(std::vector<Range> ranges) {
+    std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) { return a.lo < b.lo; });
+    std::vector<Range> joined;
+    for (const Range& range : ranges) {
+      if (joined.empty() || joined.back().hi <= range.lo) {
+        joined.push_back(range);
+      } else {
+        joined.back().hi = std::max(joined.back().hi, range.hi);
+      }
+    }
+    return joined;
+  }
+
+  // Keeps those of `times` at which the decision of a switch changes. `wide` ranges and gaps are increasing; of each
+  // there may be as many as of times.
   void KeepSwitches(const std::vector<double>& times, const std::vector<Range>& wide) {
     const auto is_wide = [&](double t) {
-      return std::any_of(wide.begin(), wide.end(), [t](const Range& r) { return r.lo < t && t < r.hi; });
+      const auto behind =
+          std::upper_bound(wide.begin(), wide.end(), t, [](double time, const Range& r) { return time < r.hi; });
+      return behind != wide.end() && behind->lo < t;
     };
     const auto is_gap = [&](double t) {
-      return std::any_of(result_.gaps.begin(), result_.gaps.end(),
-                         [t](const FormulaGap& gap) { return gap.from <= t && t <= gap.to; });
+      const auto behind = std::lower_bound(result_.gaps.begin(), result_.gaps.end(), t,
+                                           [](const FormulaGap& gap, double time) { return gap.to < time; });
+      return behind != result_.gaps.end() && behind->from <= t;
     };
     std::vector<double> before, after;
     for (std::size_t k = 0; k <= times.size(); ++k) {

@@ -70,6 +70,33 @@ TEST(SpiceExpressionTest, EndsWhereFunctionsCallTooManyFunctions) {
   EXPECT_THAT(std::string(scope.Evaluate("f39(1)").status().message()), HasSubstr("calls too many functions"));
 }
 
+// Those of subcircuits count for the whole deck.
+TEST(SpiceExpressionTest, EndsWhereExpressionsTogetherCallTooManyFunctions) {
+  ParameterScope outer;
+  outer.DefineFunction("f0", {"x"}, std::string(1000, ' ') + "x");
+  outer.DefineFunction("f", {"x"}, "f0(x)+f0(x)+f0(x)+f0(x)+f0(x)+f0(x)+f0(x)+f0(x)");
+  int read = 0;
+  std::string end;
+  for (; read < 1000 && end.empty(); ++read) {
+    ParameterScope inner(&outer);
+    end = std::string(inner.Evaluate("f(1)").status().message());
+  }
+  EXPECT_THAT(end, HasSubstr("calls too many functions"));
+  EXPECT_GT(read, 200);
+}
+
+// The text of its argument doubles with each call.
+TEST(SpiceExpressionTest, EndsWhereAFunctionOfTimeGrowsTooLong) {
+  ParameterScope scope;
+  scope.DefineFunction("f", {"x"}, "x+x");
+  const PiecewiseMaker none = [](const LinearValue&, const PiecewiseLinear&) { return "v(none)"; };
+  std::string deep = "time";
+  for (int k = 0; k < 30; ++k) deep = "f(" + deep + ")";
+  EXPECT_TRUE(scope.EvaluateLinear("f(f(time))", none).ok());
+  EXPECT_THAT(std::string(scope.EvaluateLinear(deep, none).status().message()),
+              HasSubstr("the function of time is too long"));
+}
+
 TEST(SpiceExpressionTest, KeepsLinearFunctionsOfVoltagesAndCurrents) {
   ParameterScope scope;
   scope.Define("gain", "3");
