@@ -269,7 +269,7 @@ class MpiJobsTest(unittest.TestCase):
             self.assertEqual(capabilities["jobs"].get("max_ranks", 0), 0)
         self.refused(run(DLCS, "solve", wall(8), "--ranks", 2), "--ranks", "2; must be 0")
         for analyze in (lambda *words: run(DLCS, *words), self.server.dlcs):
-            self.refused(analyze("analyze", wall(8), "--ranks", 2), "--ranks", "2; must be 0", "no analyses")
+            self.refused(analyze("analyze", wall(8), "--ranks", 2), "--ranks", "2; must be 0", "or analyses")
         members = path("members.json")
         with open(members, "w", encoding="utf-8") as file:
             json.dump({"members": [{}]}, file)
