@@ -114,13 +114,10 @@ absl::Status CheckNames(absl::string_view line, const std::string& source, int s
   for (int i = 0; i < states; ++i) numbered.push_back(fmt::format("x{}", i + 1));
   if (found == numbered || found == state_names) return absl::OkStatus();
   constexpr std::size_t kMaxListed = 20;
-  std::vector<std::string> known = state_names.empty() ? numbered : state_names;
-  const bool more = known.size() > kMaxListed;
-  if (more) known.resize(kMaxListed);
   return absl::InvalidArgumentError(
-      fmt::format("{}, line 1: the columns are {}; must be the states in their order, {}{}, or leave this line out",
+      fmt::format("{}, line 1: the columns are {}; must be the states in their order, {}, or leave this line out",
                   source, TruncateUtf8(fmt::format("{}", fmt::join(found, ", ")), kMaxShownNames),
-                  fmt::join(known, ", "), more ? ", ..." : ""));
+                  JoinFirst(state_names.empty() ? numbered : state_names, kMaxListed)));
 }
 
 absl::StatusOr<Members> ReadTable(const std::string& text, const std::string& source, int states,

@@ -140,12 +140,9 @@ absl::StatusOr<Waveform> GateOf(const std::vector<ControlTerm>& control, const S
   bool starts_above_close = false, starts_above_open = false;
   auto closing = CrossingsOf(control, close, horizon, starts_above_close);
   if (!closing.ok()) return closing.status();
-  auto opening = closing;
-  if (open == close) {
-    starts_above_open = starts_above_close;
-  } else if (opening = CrossingsOf(control, open, horizon, starts_above_open); !opening.ok()) {
-    return opening.status();
-  }
+  const auto opening = open == close ? closing : CrossingsOf(control, open, horizon, starts_above_open);
+  if (!opening.ok()) return opening.status();
+  if (open == close) starts_above_open = starts_above_close;
   std::vector<Crossing> changes;
   std::copy_if(closing->begin(), closing->end(), std::back_inserter(changes),
                [](const Crossing& c) { return c.rises; });

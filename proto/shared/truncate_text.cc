@@ -15,4 +15,13 @@ std::string TruncateUtf8(std::string text, std::size_t max_bytes) {
   return text + kEllipsis;
 }
 
+std::string JoinFirst(const std::vector<std::string>& names, std::size_t most) {
+  std::string joined;
+  for (std::size_t k = 0; k < names.size() && k <= most; ++k) {
+    if (k > 0) joined += ", ";
+    joined += k < most ? names[k] : "...";
+  }
+  return joined;
+}
+
 }  // namespace dlcs

@@ -29,6 +29,7 @@
 #include "client/cli/commands/command_support.h"
 #include "client/cli/output/atomic_file.h"
 #include "proto/shared/nearest_name.h"
+#include "proto/shared/truncate_text.h"
 
 extern char** environ;
 
@@ -173,16 +174,9 @@ std::vector<std::string> WithClosedParentheses(const std::vector<std::string>& p
   return names;
 }
 
-// The names, or the first of many.
-std::string Listed(std::vector<std::string> names) {
-  constexpr std::size_t kMaxListed = 12;
-  const bool more = names.size() > kMaxListed;
-  if (more) names.resize(kMaxListed);
-  return fmt::format("{}{}", fmt::join(names, ", "), more ? ", ..." : "");
-}
-
 // The panels with the components that `show` names: "x" is all of x. Errors: InvalidArgument with the name.
 absl::StatusOr<std::vector<Panel>> ChosenPanels(const std::vector<Panel>& all, const std::vector<std::string>& show) {
+  constexpr std::size_t kMaxListed = 12;
   if (show.empty() && all.front().letter == kOutputs) return std::vector<Panel>{all.front()};
   if (show.empty()) return all;
   std::vector<std::vector<int>> chosen(all.size());
@@ -204,7 +198,7 @@ absl::StatusOr<std::vector<Panel>> ChosenPanels(const std::vector<Panel>& all, c
     if (!found) {
       return absl::InvalidArgumentError(fmt::format(
           "--show: \"{}\" is not a component of the result, which has {}; x, y and w alone mean all of them{}", name,
-          Listed(known), DidYouMean(NearestName(name, known))));
+          JoinFirst(known, kMaxListed), DidYouMean(NearestName(name, known))));
     }
   }
   std::vector<Panel> panels;

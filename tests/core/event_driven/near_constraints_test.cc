@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/event_driven/mode_end.h"
-#include "core/solve.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -30,16 +30,15 @@ TEST(NearConstraintsTest, AStateIsNotMovedOntoAConstraintThatDoesNotHold) {
   options.error_tolerance = 1e-6;
   for (int k = 1; k <= 90; ++k) options.output_times.push_back(0.1 * k);
   options.output_times_only = true;
-  Observer silent;
-  const auto solution = Solve(problem, options, silent, {});
-  ASSERT_TRUE(solution.ok()) << solution.status();
+  const Solution solution = testing::SolveWith(problem, options);
+  ASSERT_EQ(solution.x.cols(), 90);
   double error = 0;
-  for (Index k = 0; k < solution->x.cols(); ++k) {
-    const double t = solution->times[static_cast<std::size_t>(k)];
-    error = std::max(error, std::abs(solution->x(1, k) / 1e-6 - std::sin(0.731 * t)));
+  for (Index k = 0; k < solution.x.cols(); ++k) {
+    const double t = solution.times[static_cast<std::size_t>(k)];
+    error = std::max(error, std::abs(solution.x(1, k) / 1e-6 - std::sin(0.731 * t)));
   }
   EXPECT_LE(error, 1e-6);
-  EXPECT_LE(error, 3 * solution->accuracy.error);
+  EXPECT_LE(error, 3 * solution.accuracy.error);
 }
 
 // Between y = 0 and the solution that leaves it as e^{rate t} rounding decides, also where no step is as long as that
