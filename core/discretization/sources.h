@@ -33,6 +33,9 @@ class Sources {
   // One value of f (m entries) or g (n entries), finite or not.
   void F(double t, Side side, Eigen::Ref<Vector> value) { f_.Evaluate(t, side, value); }
   void G(double t, Side side, Eigen::Ref<Vector> value) { g_.Evaluate(t, side, value); }
+  // Whether f or g is known to be constant between the two times.
+  bool FIsSteady(double begin, double end) { return f_.IsSteady(begin, end); }
+  bool GIsSteady(double begin, double end) { return g_.IsSteady(begin, end); }
   // Bounds of the rounding errors of the values at `t`, between break points.
   void RoundingOfF(double t, Eigen::Ref<Vector> bound) { f_.RoundingAt(t, bound); }
   void RoundingOfG(double t, Eigen::Ref<Vector> bound) { g_.RoundingAt(t, bound); }

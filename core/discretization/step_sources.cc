@@ -48,8 +48,21 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   static const LegendreVector at_check_position = LegendreValues(kCheckPosition);
   // t is rounded, and moves the value of a source by that times its slope.
   const double time_rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(end));
-  const auto sample = [&](Index size, const auto& evaluate, const auto& rounding_at, LegendreSeries& series,
-                          Vector& largest, Vector& noise, Vector& at_check, Vector& error) {
+  const auto sample = [&](Index size, bool is_steady, const auto& evaluate, const auto& rounding_at,
+                          LegendreSeries& series, Vector& largest, Vector& noise, Vector& at_check, Vector& error) {
+    at_check.resize(size);
+    evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
+    rounding_.resize(size);
+    if (is_steady) {
+      // All values are this one.
+      series.setZero(size, kLegendreSize);
+      series.col(0) = at_check;
+      largest = at_check.cwiseAbs();
+      rounding_at(begin + length / 2, rounding_);
+      noise = kSourceRounding * largest + rounding_;
+      error.setZero(size);
+      return at_check.allFinite() && noise.allFinite();
+    }
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
       const double t = j == kLegendreDegree ? end : begin + length * (1 + basis.nodes[j]) / 2;
@@ -58,11 +71,8 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     }
     series = InterpolateAtNodes(values_);
     largest = RowMaxAbs(values_);
-    at_check.resize(size);
-    evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
     slope_ = 2 / length * DerivativeOf(series);
     noise.setZero(size);
-    rounding_.resize(size);
     // Not at an end, where a formula may jump.
     for (const double s : {basis.nodes[1], basis.nodes[kLegendreDegree - 1]}) {
       rounding_at(begin + length * (1 + s) / 2, rounding_);
@@ -76,11 +86,13 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   };
   using Value = Eigen::Ref<Vector>;
   const bool f_finite = sample(
-      sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); },
+      sources_.num_states(), sources_.FIsSteady(begin, end),
+      [&](double t, Side side, Value value) { F(t, side, value); },
       [&](double t, Value bound) { sources_.RoundingOfF(t, bound); }, step.f, step.f_size, step.f_noise,
       step.f_at_check, step.f_error);
   const bool g_finite = sample(
-      sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); },
+      sources_.num_constraints(), sources_.GIsSteady(begin, end),
+      [&](double t, Side side, Value value) { G(t, side, value); },
       [&](double t, Value bound) { sources_.RoundingOfG(t, bound); }, step.g, step.g_size, step.g_noise,
       step.g_at_check, step.g_error);
   step.finite = f_finite && g_finite;

@@ -56,6 +56,14 @@ Formula::Formula(Formula&&) noexcept = default;
 Formula& Formula::operator=(Formula&&) noexcept = default;
 Formula::~Formula() = default;
 
+bool Formula::IsSteady(double begin, double end) {
+  if (!DependsOnTime()) return true;
+  if (!has_intervals_ || !analyzed_->switching.gaps.empty()) return false;
+  EnterIntervalOf(begin, Side::kRight);
+  const bool in_one = interval_ == switching_times_.size() || end <= switching_times_[interval_];
+  return in_one && is_decided_ && varying_.empty();
+}
+
 double Formula::RoundingAt(double t) {
   if (computed_.empty()) return 0;
   const FormulaTree& tree = analyzed_->tree;
@@ -150,8 +158,19 @@ void Formula::EnterInterval(std::size_t interval) {
     } else {
       varies_[i] = !MayJump(step.operation) && (varies_[a] || varies_[b]);
     }
-    if (varies_[i]) varying_.push_back(index);
   }
+  // Of what varies, only what the value needs: a decided switch does not need what it compares.
+  needed_.assign(tree.steps.size(), false);
+  needed_.back() = true;
+  for (auto index = computed_.rbegin(); index != computed_.rend(); ++index) {
+    const auto i = static_cast<std::size_t>(*index);
+    if (!needed_[i] || !varies_[i]) continue;
+    const FormulaStep& step = tree.steps[i];
+    needed_[static_cast<std::size_t>(step.a)] = true;
+    if (step.b >= 0) needed_[static_cast<std::size_t>(step.b)] = true;
+    varying_.push_back(*index);
+  }
+  std::reverse(varying_.begin(), varying_.end());
 }
 
 }  // namespace dlcs

@@ -53,6 +53,9 @@ class Formula {
   // zero, log of a negative number). Not safe to call from several threads at once. Cost: about 3 ns per operation;
   // more for functions such as sin and exp.
   double Evaluate(double t, Side side = Side::kRight);
+  // Whether the value is known to be the same at all times from `begin` to `end`: no time at which the formula may
+  // switch is between them, and what is left does not depend on time.
+  bool IsSteady(double begin, double end);
   // A bound of the rounding error of the value at `t`, also of a small difference of large terms; not finite where the
   // formula has no value. For formulas in t alone, away from its jumps. Cost: about 100 ns per operation.
   double RoundingAt(double t);
@@ -66,13 +69,15 @@ class Formula {
   void EnterInterval(std::size_t interval);
 
   std::shared_ptr<const AnalyzedFormula> analyzed_;
-  std::vector<double> switching_times_;    // as in the axis
-  std::vector<int> computed_;              // the steps that are neither numbers nor variables
-  std::vector<int> varying_;               // those of them that are not constant in the interval of the last evaluation
+  std::vector<double> switching_times_;  // as in the axis
+  std::vector<int> computed_;            // the steps that are neither numbers nor variables
+  // Those of them that are not constant in the interval of the last evaluation, and that the value needs.
+  std::vector<int> varying_;
   std::vector<int> states_, constraints_;  // the steps of variables
   int time_ = -1;
   std::vector<double> values_;
-  std::vector<bool> varies_;    // which steps vary there
+  // Which steps vary there, and which of them the value needs.
+  std::vector<bool> varies_, needed_;
   bool has_intervals_ = false;  // the formula has switches, and their times are known
   std::size_t interval_ = 0;    // the smooth interval of the last evaluation
   bool has_entered_ = false;

@@ -85,7 +85,8 @@ absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeOn(const std::stri
                         std::min(horizon, interval.end));
 }
 
-// The compiled forms of the four kinds of pieces; each writes its value at t to `out`, or the bound of its rounding.
+// The compiled forms of the four kinds of pieces; each writes its value at t to `out`, or the bound of its rounding,
+// and knows where it is constant.
 
 constexpr double kRoundings = 2 * std::numeric_limits<double>::epsilon();
 
@@ -94,6 +95,7 @@ class CompiledConstant {
   explicit CompiledConstant(const ConstantFunction& function) : value_(function.value) {}
   void Evaluate(double /*t*/, Side /*side*/, Eigen::Ref<Vector> out) { out = value_; }
   void RoundingAt(double /*t*/, Eigen::Ref<Vector> out) { out.setZero(); }
+  bool IsSteady(double /*begin*/, double /*end*/) const { return true; }
 
  private:
   Vector value_;
@@ -141,6 +143,11 @@ class CompiledFormulas {
     }
   }
 
+  bool IsSteady(double begin, double end) {
+    return std::all_of(varying_.begin(), varying_.end(),
+                       [&](Varying& varying) { return varying.formula.IsSteady(begin, end); });
+  }
+
  private:
   struct Varying {
     Formula formula;
@@ -173,6 +180,8 @@ class CompiledSamples {
     out = kRoundings * values_.col(column).cwiseAbs().cwiseMax(values_.col(next).cwiseAbs());
   }
 
+  bool IsSteady(double /*begin*/, double /*end*/) const { return false; }
+
  private:
   Finder finder_;
   Matrix values_;
@@ -196,6 +205,8 @@ class CompiledPolynomial {
     while (k-- > 0) out = out * s + coefficients_.col(k).cwiseAbs();
     out *= kRoundings * static_cast<double>(coefficients_.cols());
   }
+
+  bool IsSteady(double /*begin*/, double /*end*/) const { return coefficients_.cols() == 1; }
 
  private:
   double origin_;
@@ -281,6 +292,12 @@ void TimeFunctionEvaluator::Evaluate(double t, Side side, Eigen::Ref<Vector> out
   if (impl_->lift.size() == 0) return impl_->EvaluatePieces(t, side, out);
   impl_->EvaluatePieces(t, side, impl_->inner.col(0));
   impl_->lift.Multiply(impl_->inner, out);
+}
+
+bool TimeFunctionEvaluator::IsSteady(double begin, double end) {
+  CompiledPiece& piece = impl_->pieces[impl_->starts.Find(end, Side::kLeft)];
+  if (&piece != &impl_->pieces[impl_->starts.Find(begin, Side::kRight)]) return false;
+  return std::visit([&](auto& compiled) { return compiled.IsSteady(begin, end); }, piece);
 }
 
 void TimeFunctionEvaluator::RoundingAt(double t, Eigen::Ref<Vector> out) {

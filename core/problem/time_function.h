@@ -89,6 +89,8 @@ class TimeFunctionEvaluator {
   // Writes the limit of the function at `t` from `side` to `out` (size() entries). Where a formula has no
   // finite value the entry is not finite; the caller decides what that means.
   void Evaluate(double t, Side side, Eigen::Ref<Vector> out);
+  // Whether all components are known to be constant from the right limit at `begin` to the left limit at `end`.
+  bool IsSteady(double begin, double end);
   // Writes bounds of the rounding errors of the values at `t`, where no piece starts and nothing jumps; of a formula
   // also where it is a small difference of large terms. Cost: some ten times that of Evaluate() for formulas.
   void RoundingAt(double t, Eigen::Ref<Vector> out);

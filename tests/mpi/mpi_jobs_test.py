@@ -43,7 +43,7 @@ def path(name):
 def run(*command, **changes):
     environment = {**ENVIRONMENT, **changes}
     return subprocess.run(
-        list(map(str, command)), capture_output=True, text=True, env=environment, timeout=120, check=False
+        list(map(str, command)), capture_output=True, text=True, env=environment, timeout=600, check=False
     )
 
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "core/discretization/sources.h"
 #include "tests/support/problems.h"
@@ -36,6 +37,58 @@ TEST(StepSourcesTest, NamesAValueThatIsNotFinite) {
 TEST(StepSourcesTest, DoesNotCallALargeValueInfinite) {
   EXPECT_THAT(WhyNonFinite("1.7e308*cos(9*t)"),
               AllOf(StartsWith("f[0] is "), HasSubstr("overflow"), Not(HasSubstr("finite"))));
+}
+
+// Whether f is constant between its break points.
+struct SteadyCase {
+  const char* f;
+  bool is_steady;
+};
+
+TEST(StepSourcesTest, KnowsWhereFormulasAreConstant) {
+  const std::vector<SteadyCase> cases = {
+      {"3", true},
+      {"t", false},
+      {"0.1*(t < 1) + 0.3", true},
+      {"(t >= 0.3)*((t - 0.3 - 0.5*floor((t - 0.3)/0.5)) < 0.25)", true},
+      {"0.1*floor(3*t) + sign(cos(9*t))", true},
+      {"max(0, sin(7*t))", false},
+      {"min(2, max(t, 3))", true},
+      {"(t < 1)*t", false},
+      {"sin(t)/t", false},
+      {"(sin(9*t) > 0.5) + 1e-9*t*(t > 1.5)", false},
+  };
+  for (const SteadyCase& c : cases) {
+    SCOPED_TRACE(c.f);
+    Problem problem = testing::Scalar(-1, 1, 1, 2);
+    problem.f = TimeFunction::Formulas({c.f});
+    absl::StatusOr<Sources> sources = Sources::Create(problem);
+    ASSERT_TRUE(sources.ok()) << sources.status();
+    SourceSampler sampler(*sources);
+    std::vector<double> ends = KnownKinks(problem);
+    ends.push_back(problem.horizon);
+    bool is_steady = true;
+    double begin = 0;
+    for (const double end : ends) {
+      StepSources step;
+      sampler.Sample(begin, end, step);
+      EXPECT_TRUE(step.finite);
+      const bool is_known = sources->FIsSteady(begin, end);
+      is_steady = is_steady && is_known;
+      if (end < problem.horizon) {
+        EXPECT_FALSE(sources->FIsSteady(begin, end + 1e-9)) << "beyond " << end;
+      }
+      for (int k = 1; is_known && k < 100; ++k) {
+        const double t = begin + (end - begin) * k / 100;
+        Vector value(1);
+        sources->F(t, Side::kRight, value);
+        EXPECT_EQ(step.f(0, 0), value[0]) << "at t = " << t;
+      }
+      EXPECT_TRUE(!is_known || (step.f.rightCols(kLegendreDegree).array() == 0).all());
+      begin = end;
+    }
+    EXPECT_EQ(is_steady, c.is_steady);
+  }
 }
 
 }  // namespace
