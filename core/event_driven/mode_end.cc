@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "core/event_driven/first_crossing.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/schur_form.h"
 
 namespace dlcs {
 namespace {
@@ -45,6 +47,54 @@ Dip MissedDip(const SmoothStep& step, Index guard, double error, double s_end) {
   return dip;
 }
 
+// The fastest growth of y_T > 0 with w_T = 0 through x: y_T' = -(M_TT)⁻¹ N_T B_T y_T. Zero where y_T only decays, or is
+// no function of x.
+double FastestGrowth(const Problem& problem, const std::vector<Index>& pairs) {
+  if (pairs.empty()) return 0;
+  const Matrix inverse = Matrix(problem.M.Dense()(pairs, pairs)).inverse();
+  const Matrix moves = problem.N.Dense()(pairs, Eigen::all) * problem.B.Dense()(Eigen::all, pairs);
+  const Matrix growth = -inverse * moves;
+  const std::optional<SchurForm> schur = ComputeSchurForm(growth);
+  return schur ? std::max(0.0, schur->triangle.diagonal().real().maxCoeff()) : 0;
+}
+
+// A pair that is not active, in the mode of `active`.
+struct PairInMode {
+  double M;         // of w_i by y_i, where the active y follow so that their w stay zero
+  Vector of_y;      // x' by y_i, likewise
+  double rate = 0;  // at which y_i would grow if the pair were active, too; zero if that is nothing new
+};
+
+PairInMode InMode(const Problem& problem, const std::vector<Index>& active, Index i) {
+  constexpr double kFaster = 2;
+  const Matrix &B = problem.B.Dense(), &M = problem.M.Dense();
+  PairInMode pair{M(i, i), B.col(i)};
+  std::vector<Index> both = active;
+  both.insert(std::lower_bound(both.begin(), both.end(), i), i);
+  const double rate = std::max(FastestGrowth(problem, {i}), FastestGrowth(problem, both));
+  if (rate == 0 || rate <= kFaster * FastestGrowth(problem, active)) return pair;
+  pair.rate = rate;
+  const Matrix inverse = Matrix(M(active, active)).inverse();
+  if (active.empty() || !inverse.allFinite()) return pair;
+  const Vector follow = -(inverse * Vector(M(active, i)));
+  pair.M += M(i, active).dot(follow);
+  pair.of_y += B(Eigen::all, active) * follow;
+  return pair;
+}
+
+// The error of x where what is unknown of w_i may have decided that the pair stays inactive.
+Vector OfRepelled(const Problem& problem, const SmoothStep& step, Index i, double unknown, double s_end,
+                  double duration, RepelledStarts& repelled) {
+  const PairInMode pair = InMode(problem, step.stepper->mode().active, i);
+  if (!(pair.M > 0 && pair.rate > 0)) {
+    repelled.End(i);
+    return Vector::Zero(problem.num_states());
+  }
+  const double rate_in_s = pair.rate * duration / (1 + s_end);
+  const double p = repelled.Follow(i, step.guard.row(i).transpose(), rate_in_s, unknown, s_end);
+  return p / (pair.M * pair.rate) * pair.of_y.cwiseAbs();
+}
+
 }  // namespace
 
 std::optional<ModeEnd> FindModeEnd(const SmoothStep& step) {
@@ -80,6 +130,10 @@ void LetRisingGuardsStartBelow(SmoothStep& step) {
   }
 }
 
+bool RepelledStarts::MayBe(Index pair, const LegendreVector& w, double noise) const {
+  return starts_[static_cast<std::size_t>(pair)].age > 0 || w.dot(LegendreValues(-1)) < noise;
+}
+
 double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, double noise, double s_end) {
   constexpr double kStep = 0.1;  // of the time 1/rate
   constexpr double kGrown = 40;  // of such times: rounding has grown to the size of numbers
@@ -106,14 +160,15 @@ ErrorGrowth::Overlooked OverlookedEvents(const Problem& problem, const SmoothSte
   ErrorGrowth::Overlooked overlooked{no_state, no_state, Vector::Zero(problem.num_constraints())};
   const Vector error = step.guard_error + error_of_state;
   for (Index i = 0; i < step.guard.rows(); ++i) {
-    const double moved = N.row(i).dot(B.col(i)), moves = std::abs(moved);  // w_i by y_i, a unit of time
+    const double moves = std::abs(N.row(i).dot(B.col(i)));  // w_i by y_i, a unit of time
     const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
-    if (!is_active && M(i, i) > 0 && moved < 0) {
-      const double rate = moves / M(i, i) * duration / (1 + s_end);
-      const double p = repelled.Follow(i, step.guard.row(i).transpose(), rate, step.guard_noise[i], s_end);
-      overlooked.x += p / moves * B.col(i).cwiseAbs();
-    } else {
+    const LegendreVector guard = step.guard.row(i).transpose();
+    // More than is allowed counts as an error elsewhere.
+    const double unknown = step.guard_noise[i] + std::min(error_of_state[i], step.guard_allowed[i]);
+    if (is_active || !repelled.MayBe(i, guard, unknown)) {
       repelled.End(i);
+    } else {
+      overlooked.x += OfRepelled(problem, step, i, unknown, s_end, duration, repelled);
     }
     const Dip dip = MissedDip(step, i, error[i], s_end);
     if (dip.depth == 0) continue;

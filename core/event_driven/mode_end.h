@@ -39,6 +39,8 @@ class RepelledStarts {
  public:
   explicit RepelledStarts(Index num_constraints) : starts_(static_cast<std::size_t>(num_constraints)) {}
 
+  // Whether the pair is followed already, or w_i is less than `noise` at the begin of a step.
+  bool MayBe(Index pair, const LegendreVector& w, double noise) const;
   // Follows w_i over a step up to `s_end`, from `noise` below it, with the rate in the time of s. Returns how far below
   // zero p is once it has grown, else 0.
   double Follow(Index pair, const LegendreVector& w, double rate, double noise, double s_end);
