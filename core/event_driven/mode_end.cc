@@ -66,7 +66,7 @@ struct PairInMode {
 };
 
 PairInMode InMode(const Problem& problem, const std::vector<Index>& active, Index i) {
-  constexpr double kFaster = 2;
+  constexpr double kFaster = 2, kSingular = 1e-10;
   const Matrix &B = problem.B.Dense(), &M = problem.M.Dense();
   PairInMode pair{M(i, i), B.col(i)};
   std::vector<Index> both = active;
@@ -77,7 +77,10 @@ PairInMode InMode(const Problem& problem, const std::vector<Index>& active, Inde
   const Matrix inverse = Matrix(M(active, active)).inverse();
   if (active.empty() || !inverse.allFinite()) return pair;
   const Vector follow = -(inverse * Vector(M(active, i)));
-  pair.M += M(i, active).dot(follow);
+  const Vector of_w = Vector(M(i, active).transpose()).cwiseProduct(follow);
+  pair.M += of_w.sum();
+  // As small as rounding where the pairs together do not determine y.
+  if (!(pair.M > kSingular * (std::abs(M(i, i)) + of_w.cwiseAbs().sum()))) pair.rate = 0;
   pair.of_y += B(Eigen::all, active) * follow;
   return pair;
 }
