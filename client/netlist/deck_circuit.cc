@@ -236,10 +236,10 @@ absl::Status DeckCircuit::AddInstance(const DeckFields& fields, const Instance& 
     return DeckError(fields.Place(0), fmt::format("{}: subcircuits are nested deeper than {}; does {} contain itself?",
                                                   fields.words[0].text, kMaxSubcircuitDepth, found->name));
   }
-  if (last - 1 != found->ports.size()) {
+  if (const std::size_t nodes = last - 1, ports = found->ports.size(); nodes != ports) {
     return DeckError(fields.Place(0),
-                     fmt::format("{} has {} nodes, but .subckt {} has {}: {}", fields.words[0].text, last - 1,
-                                 found->name, found->ports.size(), fmt::join(found->ports, " ")));
+                     fmt::format("{} has {} node{}, but .subckt {} needs {}, in this order: {}", fields.words[0].text,
+                                 nodes, nodes == 1 ? "" : "s", found->name, ports, fmt::join(found->ports, " ")));
   }
   Instance inner{.prefix = instance.prefix + fields.words[0].text + ".",
                  .body = found->body.get(),

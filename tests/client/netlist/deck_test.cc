@@ -602,7 +602,9 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault(".modle DX D\n" + rest), HasSubstr(".modle is not supported; did you mean .model?"));
   EXPECT_THAT(Fault("X1 a 0 NIX\n" + rest), HasSubstr("there is no .subckt NIX"));
   EXPECT_THAT(Fault("X1 a NET\n.subckt NET a b\nR1 a b 1\n.ends\n" + rest),
-              HasSubstr("has 1 nodes, but .subckt NET has 2: a b"));
+              HasSubstr("X1 has 1 node, but .subckt NET needs 2, in this order: a b"));
+  EXPECT_THAT(Fault("X1 a b 0 NET\n.subckt NET a\nR1 a 0 1\n.ends\n" + rest),
+              HasSubstr("X1 has 3 nodes, but .subckt NET needs 1, in this order: a"));
   EXPECT_THAT(Fault("X1 a 0 NET q=1\n.subckt NET a b\nR1 a b 1\n.ends\n" + rest), HasSubstr("no parameter q"));
   EXPECT_THAT(Fault("X1 a 0 NET\n.subckt NET a b\nX2 a b NET\n.ends\n" + rest), HasSubstr("contain itself"));
   EXPECT_THAT(Fault(".subckt NET a b\nR1 a b 1\n" + rest), HasSubstr("is an .ends missing?"));
