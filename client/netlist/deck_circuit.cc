@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <string_view>
 #include <utility>
+
 
 namespace dlcs::client {
 namespace {
@@ -75,9 +77,10 @@ bool UsesParameter(const DeckBody& body, const std::string& name) {
 
 absl::Status DeckCircuit::AddAll(ParameterScope& global, double step, double stop) {
   step_ = step;
+  global_ = &global;
   circuit_.horizon = stop;
   const Instance top{.prefix = "", .body = &parts_.top, .scope = &global, .nodes = {}, .around = nullptr, .depth = 0};
-  if (absl::Status status = Expand(top); !status.ok()) return status;
+  if (absl::Status status = Expand(top); !status.ok() || only_voltage_sources_) return status;
   if (circuit_.elements.empty()) return absl::InvalidArgumentError("the deck has no element");
   if (absl::Status status = ResolveControls(); !status.ok()) return status;
   return ResolveCouplings();
@@ -112,6 +115,7 @@ absl::Status DeckCircuit::Expand(const Instance& instance) {
     if (absl::Status status = AddElement(*line, instance); !status.ok()) return status;
   }
   for (const DeckLine* line : instance.body->initial) {
+    if (only_voltage_sources_) break;
     if (absl::Status status = SetInitial(*line, instance); !status.ok()) return status;
   }
   return absl::OkStatus();
@@ -154,6 +158,9 @@ absl::Status DeckCircuit::SetInitial(const DeckLine& line, const Instance& insta
 }
 
 absl::Status DeckCircuit::AddElement(const DeckLine& line, const Instance& instance) {
+  if (only_voltage_sources_ && std::string_view("vVxX").find(line.text[0]) == std::string_view::npos) {
+    return absl::OkStatus();
+  }
   auto read = FieldsOf(line);
   if (!read.ok()) return read.status();
   const DeckFields& fields = *read;
@@ -298,6 +305,34 @@ absl::Status DeckCircuit::ResolveControls() {
     circuit_.elements[AsSize(control.element)].controls.push_back({.factor = control.factor, .element = element});
   }
   return absl::OkStatus();
+}
+
+std::optional<KnownQuantity> DeckCircuit::KnownOf(const Instance& instance, const std::string& quantity) {
+  const std::string inside = quantity.substr(2, quantity.size() - 3);
+  if (quantity[0] != 'v' || inside.starts_with(' ')) return std::nullopt;
+  if (!sources_.known) {
+    sources_.of_deck = std::make_unique<DeckCircuit>(parts_, options_, sources_.notes);
+    DeckCircuit& sources = *sources_.of_deck;
+    sources.only_voltage_sources_ = true;
+    sources.turns_sources_on_ = turns_sources_on_;
+    // What is wrong is said where the whole circuit is made. Until there nothing is known.
+    if (!sources.AddAll(*global_, step_, circuit_.horizon).ok()) sources.circuit_.elements.clear();
+    sources_.known.emplace(sources.circuit_);
+  }
+  const auto node_of = [&](const std::string& name) -> Index {
+    if (name == "0" || name == "gnd") return 0;
+    std::string full = (parts_.globals.contains(name) ? "" : Lower(instance.prefix)) + name;
+    if (const auto port = instance.nodes.find(name); port != instance.nodes.end()) {
+      if (port->second == 0) return 0;
+      full = Lower(circuit_.nodes[AsSize(port->second)]);
+    }
+    return sources_.of_deck->NodeNamed(full);
+  };
+  const std::size_t comma = inside.find(',');
+  const Index plus = node_of(inside.substr(0, comma));
+  const Index minus = comma == std::string::npos ? 0 : node_of(inside.substr(comma + 1));
+  if (plus < 0 || minus < 0) return std::nullopt;
+  return sources_.known->Between(plus, minus);
 }
 
 absl::Status DeckCircuit::ResolveCouplings() {

@@ -6,6 +6,8 @@
 
 #include <cstddef>
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -16,6 +18,7 @@
 #include "client/netlist/deck_options.h"
 #include "client/netlist/deck_parts.h"
 #include "client/netlist/deck_values.h"
+#include "client/netlist/known_voltages.h"
 #include "client/netlist/spice_expression.h"
 #include "core/circuits/circuit.h"
 
@@ -83,6 +86,8 @@ class DeckCircuit {
                                                        const DeckSubcircuit& subcircuit, ParameterScope& scope);
   absl::Status ResolveControls();
   absl::Status ResolveCouplings();
+  // What voltage sources anywhere in the deck make of a voltage as EvaluateLinear() names it.
+  std::optional<KnownQuantity> KnownOf(const Instance& instance, const std::string& quantity);
 
   // deck_elements.cc
   absl::Status AddPassive(const DeckFields& fields, const Instance& instance, Element element, char kind);
@@ -119,9 +124,19 @@ class DeckCircuit {
   void SetControls(const DeckFields& fields, const Instance& instance, const LinearValue& value, std::size_t offset,
                    Element& element);
 
+  // The voltage sources of the deck, which may come after the expressions that need them.
+  struct Sources {
+    DeckNotes notes;  // they are made again with the rest of the circuit
+    std::unique_ptr<DeckCircuit> of_deck;
+    std::optional<KnownVoltages> known;
+  };
+
   const DeckParts& parts_;
   const DeckOptions options_;
   DeckNotes& notes_;
+  bool only_voltage_sources_ = false;
+  ParameterScope* global_ = nullptr;
+  Sources sources_;  // made when they are needed
   Circuit circuit_;
   double step_ = 0;
   bool turns_sources_on_ = false;
