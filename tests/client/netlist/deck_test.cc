@@ -596,6 +596,26 @@ TEST(DeckTest, TakesTheTranOfAControlBlockWhereThereIsNoOther) {
               AllOf(HasSubstr("a.cir:8"), HasSubstr("the .control block has several")));
 }
 
+// The answer would be that of another circuit.
+TEST(DeckTest, RefusesControlBlocksThatChangeTheCircuitBeforeItIsRun) {
+  const std::string circuit = "V1 a 0 1\nR1 a b 1\nC1 b 0 1u\n";
+  const std::string tran = ".tran 1u 1m\n";
+  for (const char* command :
+       {"alter R1 = 10", "alter @v1[dc]=5", "alterparam r=2", "altermod DX rs=1", "source b.cir"}) {
+    const std::string name = std::string(command).substr(0, std::string(command).find(' '));
+    for (const std::string run : {"tran 1u 1m", "run"}) {
+      EXPECT_THAT(Fault(circuit + ".control\n " + command + "\n" + run + "\n.endc\n" + tran),
+                  AllOf(HasSubstr("a.cir:6:2: " + name), HasSubstr("before it is run")));
+      const Deck deck = Good(circuit + ".control\n" + run + "\n" + command + "\n.endc\n" + tran);
+      EXPECT_THAT(deck.notes, Contains(HasSubstr("a.cir:7: " + name + " is ignored")));
+    }
+  }
+  EXPECT_THAT(Fault(circuit + ".control\nset x = 1; alter R1 = 10; run\n.endc\n" + tran),
+              HasSubstr("a.cir:6:12: alter"));
+  EXPECT_THAT(Fault(circuit + ".control\nalter R1 = 10\n.endc\n" + tran), HasSubstr("a.cir:6:1: alter"));
+  EXPECT_EQ(Good(circuit + ".control\nset x = 1; tran 1u 2m\n.endc\n").circuit.horizon, 2e-3);
+}
+
 TEST(DeckTest, ATitleThatLooksLikeAnElementIsNoted) {
   const auto deck = ReadDeck("V1 a 0 1\nR1 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n", "a.cir", "", {});
   ASSERT_TRUE(deck.ok()) << deck.status();
