@@ -7,15 +7,20 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
+#include "proto/shared/nearest_name.h"
+#include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {
 namespace {
 
 // Dense matrices of the formulation grow with the square.
 constexpr std::size_t kMaxElements = 2000;
+// That are kept for messages.
+constexpr std::size_t kMaxPorts = 20'000;
 
 std::string NotSupported(const std::string& name, char kind) {
   switch (kind) {
@@ -89,6 +94,23 @@ absl::Status DeckCircuit::AddAll(ParameterScope& global, double step, double sto
 Index DeckCircuit::NodeNamed(const std::string& lower) const {
   const auto found = node_names_.find(lower);
   return found == node_names_.end() ? -1 : found->second;
+}
+
+std::string DeckCircuit::HintOnNode(const std::string& lower) const {
+  constexpr std::size_t kLongestName = 256;
+  constexpr std::size_t kMaxListed = 5;
+  if (lower.size() > kLongestName) return "";
+  if (const auto port = ports_.find(lower); port != ports_.end()) {
+    const std::string& node = circuit_.nodes[AsSize(port->second)];
+    return fmt::format("; it is a port of a subcircuit, which is at the node {} outside", node);
+  }
+  const auto is_own = [](const std::string& name) { return name.find('#') == std::string::npos; };
+  std::vector<std::string> names;
+  std::copy_if(circuit_.nodes.begin() + 1, circuit_.nodes.end(), std::back_inserter(names), is_own);
+  if (const auto nearest = NearestName(lower, names)) return DidYouMean(nearest);
+  const std::string prefix = lower.substr(0, lower.rfind('.') + 1);
+  std::erase_if(names, [&](const std::string& name) { return prefix.empty() || !Lower(name).starts_with(prefix); });
+  return names.empty() ? "" : "; the subcircuit has " + JoinFirst(names, kMaxListed);
 }
 
 Index DeckCircuit::ElementNamed(const std::string& lower) const {
@@ -256,6 +278,7 @@ absl::Status DeckCircuit::AddInstance(const DeckFields& fields, const Instance& 
                  .depth = instance.depth + 1};
   for (std::size_t k = 0; k < found->ports.size(); ++k) {
     inner.nodes[found->ports[k]] = NodeOf(instance, fields.words[k + 1].text);
+    if (ports_.size() < kMaxPorts) ports_.emplace(Lower(inner.prefix) + found->ports[k], inner.nodes[found->ports[k]]);
   }
   ParameterScope scope(home->scope);
   inner.scope = &scope;

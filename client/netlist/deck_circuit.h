@@ -43,6 +43,9 @@ class DeckCircuit {
   // By name in small letters, with the names of instances; -1 if there is none.
   Index NodeNamed(const std::string& lower) const;
   Index ElementNamed(const std::string& lower) const;
+  // What may be meant by a node that does not exist, to be appended to an error: where the port of that name of a
+  // subcircuit is, the nearest names, or the nodes of its subcircuit; empty if nothing is near.
+  std::string HintOnNode(const std::string& lower) const;
 
  private:
   // A part of the circuit: the deck itself, or one instance of a subcircuit.
@@ -141,6 +144,7 @@ class DeckCircuit {
   double step_ = 0;
   bool turns_sources_on_ = false;
   std::map<std::string, Index> node_names_, element_names_;  // in small letters, with the names of instances
+  std::map<std::string, Index> ports_;                       // their nodes outside, likewise, for messages
   std::vector<PendingControl> pending_controls_;
   std::vector<PendingCoupling> pending_couplings_;
   std::size_t expanded_ = 0;

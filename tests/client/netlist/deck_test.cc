@@ -316,6 +316,19 @@ TEST(DeckTest, OnlyConstantsMultiplyVoltages) {
               HasSubstr("it changes with time"));
 }
 
+TEST(DeckTest, ProposesNodesWhereOneIsUnknown) {
+  const std::string deck =
+      ".subckt NET in out\nR1 in inner1 1\nR2 inner1 inner2 1\nR3 inner2 out 1\n.ends\nX2 supply a NET\n"
+      "V1 supply 0 1\nR1 a 0 1\n" +
+      std::string(kRest);
+  EXPECT_THAT(Fault(deck + ".print tran V(suply)\n"), HasSubstr("no node \"suply\"; did you mean supply?"));
+  EXPECT_THAT(Fault(deck + ".print tran V(x2.iner1)\n"), HasSubstr("did you mean X2.inner1?"));
+  EXPECT_THAT(Fault(deck + ".print tran V(x2.out)\n"),
+              HasSubstr("it is a port of a subcircuit, which is at the node a outside"));
+  EXPECT_THAT(Fault(deck + ".print tran V(x2.zzzzzzzzzz)\n"), HasSubstr("the subcircuit has X2.inner1, X2.inner2"));
+  EXPECT_TRUE(Fault(deck + ".print tran V(zzzzzzzzz)\n").ends_with("the deck has no node \"zzzzzzzzz\""));
+}
+
 TEST(DeckTest, MissingRampsAreTstepUnlessEdgesAreIdeal) {
   const std::string lines = std::string("V1 a 0 PULSE(0 1)\n") + kRest;
   const Deck spice = Good(lines);
