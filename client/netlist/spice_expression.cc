@@ -20,7 +20,8 @@ namespace {
 constexpr int kMaxLevels = 64;
 constexpr double kRounding = 1e-14;
 
-// Letters of functions of the user that one expression reads, and that all of a deck read: some tenths of a second.
+// Letters of functions of the user that one expression reads, and that all of a deck read, there with the terms of long
+// sums that are multiplied: some tenths of a second.
 constexpr std::size_t kMaxWork = 100'000;
 constexpr std::size_t kMaxWorkOfDeck = 2'000'000;
 
@@ -75,7 +76,8 @@ class ExpressionReader {
   }
   // With quantities that are constant as numbers. Not where a linear function will do: as controls they show in the
   // circuit.
-  LinearValue WithConstants(LinearValue value) const {
+  LinearValue WithConstants(LinearValue value) {
+    if (!CountTerms(value)) return {};
     std::erase_if(value.factors, [&](const auto& factor) {
       const auto known = Known(factor.first);
       if (!known || !known->constant) return false;
@@ -93,6 +95,14 @@ class ExpressionReader {
                       where, quantity));
     }
     return Fail(fmt::format("{} a voltage or current is not linear", where));
+  }
+
+  // What is done with sums that are longer than anybody writes counts as work of the deck.
+  bool CountTerms(const LinearValue& value) {
+    constexpr std::size_t kMaxTerms = 64;
+    if (value.factors.size() <= kMaxTerms || scope_.Count(value.factors.size())) return true;
+    Fail("too much is done with long sums");
+    return false;
   }
 
   // A function of time, as a formula in the language of the engine.
@@ -140,7 +150,10 @@ class ExpressionReader {
     if (IsOfTime(value)) return OfTime("(" + TextOf(value) + " != 0)");
     return {Constant(value, where) != 0 ? 1.0 : 0.0};
   }
-  LinearValue Settled(const LinearValue& value) { return value.compared ? Step(*value.compared) : value; }
+  LinearValue Settled(LinearValue value) {
+    if (value.compared) return Step(*value.compared);
+    return value;
+  }
   LinearValue Chosen(LinearValue condition, LinearValue yes, LinearValue no) {
     if (!condition.is_truth) condition = WithConstants(std::move(condition));
     if (IsOfTime(condition)) {
@@ -287,7 +300,9 @@ class ExpressionReader {
       const char sign = Peek();
       if (sign != '+' && sign != '-') return value;
       ++at_;
-      value = Short(Sum(Settled(value), Settled(Product()), sign == '+' ? 1 : -1));
+      const LinearValue next = Settled(Product());
+      // Moved, since a sum may have thousands of terms.
+      value = Short(Sum(Settled(std::move(value)), next, sign == '+' ? 1 : -1));
     }
   }
   LinearValue Product() {
@@ -297,8 +312,9 @@ class ExpressionReader {
       if (sign == '*' && text_.substr(at_).starts_with("**")) return value;
       if (sign != '*' && sign != '/') return value;
       ++at_;
-      value = Settled(value);
+      value = Settled(std::move(value));
       LinearValue other = Settled(Signed());
+      if (!CountTerms(value) || !CountTerms(other)) return {};
       if (sign == '*' && !value.factors.empty() && !other.factors.empty()) {
         if (LinearValue number = WithConstants(value); number.factors.empty()) {
           value = std::move(number);
@@ -384,7 +400,9 @@ class ExpressionReader {
   }
 
   LinearValue Named(const std::string& name) {
-    if (const auto found = bindings_.find(name); found != bindings_.end()) return found->second;
+    if (const auto found = bindings_.find(name); found != bindings_.end()) {
+      return CountTerms(found->second) ? found->second : LinearValue{};
+    }
     if (scope_.Where(name) != nullptr) {
       const auto value = scope_.ValueOf(name, depth_ + 1);
       if (!value.ok()) {

@@ -74,7 +74,8 @@ class ParameterScope {
     std::string body;
   };
 
-  // Adds to the letters of functions that the whole deck has read. Returns whether these are still not too many.
+  // Adds to the letters of functions, and terms of long sums, that the whole deck has read. Returns whether these are
+  // still not too many.
   bool Count(std::size_t letters);
   absl::StatusOr<double> ValueOf(const std::string& name, int depth);
   ParameterScope* Where(const std::string& name);
@@ -83,7 +84,7 @@ class ParameterScope {
   ParameterScope* around_;
   std::map<std::string, Parameter> values_;
   std::map<std::string, Function> functions_;
-  std::size_t work_ = 0;  // of the outermost: the letters of functions that all expressions have read
+  std::size_t work_ = 0;  // of the outermost: the letters and terms that all expressions have read
 };
 
 }  // namespace dlcs::client
