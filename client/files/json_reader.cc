@@ -41,6 +41,42 @@ std::optional<std::string> NoteMeantBy(const std::string& key) {
 
 std::string Quoted(const std::string& word) { return '"' + word + '"'; }
 
+// A number with letters behind it, as in "2ms". Times are written out, in seconds: other units may be anything.
+std::string HintOnUnit(const std::string& text) {
+  constexpr std::array kTimes = {std::pair("s", 0),   std::pair("sec", 0), std::pair("ms", -3), std::pair("us", -6),
+                                 std::pair("µs", -6), std::pair("ns", -9), std::pair("ps", -12)};
+  if (text.size() > kMaxShownBytes) return "";
+  const std::size_t digits = text.find_first_not_of("+-.0123456789");
+  if (digits == 0 || digits == std::string::npos) return "";
+  const auto number = nlohmann::json::parse(text.substr(0, digits), nullptr, /*allow_exceptions=*/false);
+  if (!number.is_number()) return "";
+  const std::size_t begin = std::min(text.find_first_not_of(' ', digits), text.size());
+  const std::string unit = text.substr(begin);
+  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0 || c >= 0x80; };
+  if (unit.empty() || !std::all_of(unit.begin(), unit.end(), is_letter)) return "";
+  const std::string rule = "; numbers have no units";
+  for (const auto& [name, exponent] : kTimes) {
+    if (unit != name) continue;
+    const std::string power = exponent == 0 ? "" : fmt::format("e{}", exponent);
+    return fmt::format("{}: in seconds write {}{}", rule, number.dump(), power);
+  }
+  return rule;
+}
+
+// The numbers of a column [[1], [2]] or of a row [[1, 2]], which people write for a vector; none if `value` is neither.
+nlohmann::json NumbersInside(const nlohmann::json& value) {
+  const bool is_row = value.size() == 1;
+  nlohmann::json numbers = nlohmann::json::array();
+  for (const nlohmann::json& inner : value) {
+    if (!inner.is_array() || inner.empty() || !(is_row || inner.size() == 1)) return nlohmann::json::array();
+    for (const nlohmann::json& number : inner) {
+      if (!number.is_number()) return nlohmann::json::array();
+      numbers.push_back(number);
+    }
+  }
+  return numbers;
+}
+
 bool LooksLikeANumber(const nlohmann::json& value) {
   if (!value.is_string()) return false;
   const std::string& text = value.get_ref<const std::string&>();
@@ -121,7 +157,8 @@ const nlohmann::json* JsonReader::Require(const nlohmann::json& object, const st
 
 std::optional<double> JsonReader::ReadNumber(const nlohmann::json& value, const std::string& path) {
   if (value.is_number()) return value.get<double>();
-  const char* hint = LooksLikeANumber(value) ? "; write it without quotes" : "";
+  std::string hint = LooksLikeANumber(value) ? "; write it without quotes" : "";
+  if (hint.empty() && value.is_string()) hint = HintOnUnit(value.get_ref<const std::string&>());
   const char* null_hint = value.is_null() ? " (was a number not finite, and written as null?)" : "";
   Refuse(path, fmt::format("is {}; must be a number{}{}", DescribeJson(value), hint, null_hint));
   return std::nullopt;
@@ -136,6 +173,13 @@ std::optional<std::string> JsonReader::ReadString(const nlohmann::json& value, c
 std::optional<std::vector<double>> JsonReader::ReadNumbers(const nlohmann::json& value, const std::string& path) {
   if (!value.is_array()) {
     Refuse(path, fmt::format("is {}; must be a list of numbers", DescribeJson(value)));
+    return std::nullopt;
+  }
+  if (const nlohmann::json inside = NumbersInside(value); !inside.empty()) {
+    const std::string flat = inside.dump();
+    Refuse(path, fmt::format("is a list of {} list{}; must be a list of numbers{}", value.size(),
+                             value.size() == 1 ? "" : "s",
+                             flat.size() <= kMaxShownBytes ? ": " + flat : ", without lists inside"));
     return std::nullopt;
   }
   std::vector<double> numbers;

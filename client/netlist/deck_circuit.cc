@@ -7,13 +7,20 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
+#include <string_view>
 #include <utility>
+
+#include "proto/shared/nearest_name.h"
+#include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {
 namespace {
 
 // Dense matrices of the formulation grow with the square.
 constexpr std::size_t kMaxElements = 2000;
+// That are kept for messages.
+constexpr std::size_t kMaxPorts = 20'000;
 
 std::string NotSupported(const std::string& name, char kind) {
   switch (kind) {
@@ -75,9 +82,10 @@ bool UsesParameter(const DeckBody& body, const std::string& name) {
 
 absl::Status DeckCircuit::AddAll(ParameterScope& global, double step, double stop) {
   step_ = step;
+  global_ = &global;
   circuit_.horizon = stop;
   const Instance top{.prefix = "", .body = &parts_.top, .scope = &global, .nodes = {}, .around = nullptr, .depth = 0};
-  if (absl::Status status = Expand(top); !status.ok()) return status;
+  if (absl::Status status = Expand(top); !status.ok() || only_voltage_sources_) return status;
   if (circuit_.elements.empty()) return absl::InvalidArgumentError("the deck has no element");
   if (absl::Status status = ResolveControls(); !status.ok()) return status;
   return ResolveCouplings();
@@ -86,6 +94,23 @@ absl::Status DeckCircuit::AddAll(ParameterScope& global, double step, double sto
 Index DeckCircuit::NodeNamed(const std::string& lower) const {
   const auto found = node_names_.find(lower);
   return found == node_names_.end() ? -1 : found->second;
+}
+
+std::string DeckCircuit::HintOnNode(const std::string& lower) const {
+  constexpr std::size_t kLongestName = 256;
+  constexpr std::size_t kMaxListed = 5;
+  if (lower.size() > kLongestName) return "";
+  if (const auto port = ports_.find(lower); port != ports_.end()) {
+    const std::string& node = circuit_.nodes[AsSize(port->second)];
+    return fmt::format("; it is a port of a subcircuit, which is at the node {} outside", node);
+  }
+  const auto is_own = [](const std::string& name) { return name.find('#') == std::string::npos; };
+  std::vector<std::string> names;
+  std::copy_if(circuit_.nodes.begin() + 1, circuit_.nodes.end(), std::back_inserter(names), is_own);
+  if (const auto nearest = NearestName(lower, names)) return DidYouMean(nearest);
+  const std::string prefix = lower.substr(0, lower.rfind('.') + 1);
+  std::erase_if(names, [&](const std::string& name) { return prefix.empty() || !Lower(name).starts_with(prefix); });
+  return names.empty() ? "" : "; the subcircuit has " + JoinFirst(names, kMaxListed);
 }
 
 Index DeckCircuit::ElementNamed(const std::string& lower) const {
@@ -112,6 +137,7 @@ absl::Status DeckCircuit::Expand(const Instance& instance) {
     if (absl::Status status = AddElement(*line, instance); !status.ok()) return status;
   }
   for (const DeckLine* line : instance.body->initial) {
+    if (only_voltage_sources_) break;
     if (absl::Status status = SetInitial(*line, instance); !status.ok()) return status;
   }
   return absl::OkStatus();
@@ -154,6 +180,9 @@ absl::Status DeckCircuit::SetInitial(const DeckLine& line, const Instance& insta
 }
 
 absl::Status DeckCircuit::AddElement(const DeckLine& line, const Instance& instance) {
+  if (only_voltage_sources_ && std::string_view("vVxX").find(line.text[0]) == std::string_view::npos) {
+    return absl::OkStatus();
+  }
   auto read = FieldsOf(line);
   if (!read.ok()) return read.status();
   const DeckFields& fields = *read;
@@ -236,10 +265,10 @@ absl::Status DeckCircuit::AddInstance(const DeckFields& fields, const Instance& 
     return DeckError(fields.Place(0), fmt::format("{}: subcircuits are nested deeper than {}; does {} contain itself?",
                                                   fields.words[0].text, kMaxSubcircuitDepth, found->name));
   }
-  if (last - 1 != found->ports.size()) {
+  if (const std::size_t nodes = last - 1, ports = found->ports.size(); nodes != ports) {
     return DeckError(fields.Place(0),
-                     fmt::format("{} has {} nodes, but .subckt {} has {}: {}", fields.words[0].text, last - 1,
-                                 found->name, found->ports.size(), fmt::join(found->ports, " ")));
+                     fmt::format("{} has {} node{}, but .subckt {} needs {}, in this order: {}", fields.words[0].text,
+                                 nodes, nodes == 1 ? "" : "s", found->name, ports, fmt::join(found->ports, " ")));
   }
   Instance inner{.prefix = instance.prefix + fields.words[0].text + ".",
                  .body = found->body.get(),
@@ -249,6 +278,7 @@ absl::Status DeckCircuit::AddInstance(const DeckFields& fields, const Instance& 
                  .depth = instance.depth + 1};
   for (std::size_t k = 0; k < found->ports.size(); ++k) {
     inner.nodes[found->ports[k]] = NodeOf(instance, fields.words[k + 1].text);
+    if (ports_.size() < kMaxPorts) ports_.emplace(Lower(inner.prefix) + found->ports[k], inner.nodes[found->ports[k]]);
   }
   ParameterScope scope(home->scope);
   inner.scope = &scope;
@@ -298,6 +328,34 @@ absl::Status DeckCircuit::ResolveControls() {
     circuit_.elements[AsSize(control.element)].controls.push_back({.factor = control.factor, .element = element});
   }
   return absl::OkStatus();
+}
+
+std::optional<KnownQuantity> DeckCircuit::KnownOf(const Instance& instance, const std::string& quantity) {
+  const std::string inside = quantity.substr(2, quantity.size() - 3);
+  if (quantity[0] != 'v' || inside.starts_with(' ')) return std::nullopt;
+  if (!sources_.known) {
+    sources_.of_deck = std::make_unique<DeckCircuit>(parts_, options_, sources_.notes);
+    DeckCircuit& sources = *sources_.of_deck;
+    sources.only_voltage_sources_ = true;
+    sources.turns_sources_on_ = turns_sources_on_;
+    // What is wrong is said where the whole circuit is made. Until there nothing is known.
+    if (!sources.AddAll(*global_, step_, circuit_.horizon).ok()) sources.circuit_.elements.clear();
+    sources_.known.emplace(sources.circuit_);
+  }
+  const auto node_of = [&](const std::string& name) -> Index {
+    if (name == "0" || name == "gnd") return 0;
+    std::string full = (parts_.globals.contains(name) ? "" : Lower(instance.prefix)) + name;
+    if (const auto port = instance.nodes.find(name); port != instance.nodes.end()) {
+      if (port->second == 0) return 0;
+      full = Lower(circuit_.nodes[AsSize(port->second)]);
+    }
+    return sources_.of_deck->NodeNamed(full);
+  };
+  const std::size_t comma = inside.find(',');
+  const Index plus = node_of(inside.substr(0, comma));
+  const Index minus = comma == std::string::npos ? 0 : node_of(inside.substr(comma + 1));
+  if (plus < 0 || minus < 0) return std::nullopt;
+  return sources_.known->Between(plus, minus);
 }
 
 absl::Status DeckCircuit::ResolveCouplings() {

@@ -6,6 +6,8 @@
 
 #include <cstddef>
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -16,6 +18,7 @@
 #include "client/netlist/deck_options.h"
 #include "client/netlist/deck_parts.h"
 #include "client/netlist/deck_values.h"
+#include "client/netlist/known_voltages.h"
 #include "client/netlist/spice_expression.h"
 #include "core/circuits/circuit.h"
 
@@ -40,6 +43,9 @@ class DeckCircuit {
   // By name in small letters, with the names of instances; -1 if there is none.
   Index NodeNamed(const std::string& lower) const;
   Index ElementNamed(const std::string& lower) const;
+  // What may be meant by a node that does not exist, to be appended to an error: where the port of that name of a
+  // subcircuit is, the nearest names, or the nodes of its subcircuit; empty if nothing is near.
+  std::string HintOnNode(const std::string& lower) const;
 
  private:
   // A part of the circuit: the deck itself, or one instance of a subcircuit.
@@ -83,6 +89,8 @@ class DeckCircuit {
                                                        const DeckSubcircuit& subcircuit, ParameterScope& scope);
   absl::Status ResolveControls();
   absl::Status ResolveCouplings();
+  // What voltage sources anywhere in the deck make of a voltage as EvaluateLinear() names it.
+  std::optional<KnownQuantity> KnownOf(const Instance& instance, const std::string& quantity);
 
   // deck_elements.cc
   absl::Status AddPassive(const DeckFields& fields, const Instance& instance, Element element, char kind);
@@ -119,13 +127,24 @@ class DeckCircuit {
   void SetControls(const DeckFields& fields, const Instance& instance, const LinearValue& value, std::size_t offset,
                    Element& element);
 
+  // The voltage sources of the deck, which may come after the expressions that need them.
+  struct Sources {
+    DeckNotes notes;  // they are made again with the rest of the circuit
+    std::unique_ptr<DeckCircuit> of_deck;
+    std::optional<KnownVoltages> known;
+  };
+
   const DeckParts& parts_;
   const DeckOptions options_;
   DeckNotes& notes_;
+  bool only_voltage_sources_ = false;
+  ParameterScope* global_ = nullptr;
+  Sources sources_;  // made when they are needed
   Circuit circuit_;
   double step_ = 0;
   bool turns_sources_on_ = false;
   std::map<std::string, Index> node_names_, element_names_;  // in small letters, with the names of instances
+  std::map<std::string, Index> ports_;                       // their nodes outside, likewise, for messages
   std::vector<PendingControl> pending_controls_;
   std::vector<PendingCoupling> pending_couplings_;
   std::size_t expanded_ = 0;

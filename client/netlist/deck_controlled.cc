@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -21,6 +23,17 @@ std::vector<DeckWord> WithoutParentheses(const std::vector<DeckWord>& words, std
     if (words[k].text != "(" && words[k].text != ")") kept.push_back(words[k]);
   }
   return kept;
+}
+
+// The products of a polynomial of `controls` variables in the order of SPICE: 1, a, b, a a, a b, b b, a a a, ...
+void MoveToNext(std::vector<std::size_t>& product, std::size_t controls) {
+  std::size_t at = product.size();
+  while (at > 0 && product[at - 1] + 1 == controls) --at;
+  if (at == 0) {
+    product.assign(product.size() + 1, 0);
+  } else {
+    std::fill(product.begin() + static_cast<std::ptrdiff_t>(at) - 1, product.end(), product[at - 1] + 1);
+  }
 }
 
 // A formula with its largest size at some times.
@@ -87,7 +100,8 @@ absl::Status DeckCircuit::AddControlled(const DeckFields& fields, const Instance
   return Store(std::move(element), fields);
 }
 
-// POLY(n), n controls, and the coefficients of 1 and of the controls; those of products must be 0.
+// POLY(n), n controls, and the coefficients of 1, of the controls and of their products. Those are 0 where more than
+// one factor is no constant.
 absl::Status DeckCircuit::AddPolynomial(const DeckFields& fields, const Instance& instance, Element element,
                                         bool by_voltage) {
   DeckFields plain = fields;
@@ -106,20 +120,41 @@ absl::Status DeckCircuit::AddPolynomial(const DeckFields& fields, const Instance
                                  fields.words[0].text, by_voltage ? "a b" : "V1"));
   }
   const auto controls = static_cast<std::size_t>(count), first = 1 + width * controls;
-  std::vector<double> coefficients;
+  std::vector<std::optional<double>> constants(controls);
+  for (std::size_t k = 0; by_voltage && k < controls; ++k) {
+    const auto known = KnownOf(
+        instance, fmt::format("v({},{})", Lower(plain.words[1 + 2 * k].text), Lower(plain.words[2 + 2 * k].text)));
+    if (known) constants[k] = known->constant;
+  }
+  constexpr std::size_t kMaxDegree = 8;
+  std::vector<double> coefficients(controls + 1);
+  std::vector<std::size_t> product;
   for (std::size_t k = first; k < plain.words.size(); ++k) {
     const auto value = Value(plain, plain.words[k], instance);
     if (!value.ok()) return value.status();
-    coefficients.push_back(*value);
-    if (k - first > controls && *value != 0) {
+    // Of a product of at least two factors the one that changes.
+    std::size_t changing = product.size() == 1 ? product[0] + 1 : 0;
+    double factor = *value;
+    bool is_linear = product.size() <= kMaxDegree;
+    for (std::size_t at = 0; product.size() > 1 && at < product.size(); ++at) {
+      if (constants[product[at]]) {
+        factor *= *constants[product[at]];
+      } else {
+        is_linear = is_linear && changing == 0;
+        changing = product[at] + 1;
+      }
+    }
+    if (*value != 0 && !is_linear) {
       return DeckError(plain.Place(k),
-                       fmt::format("{}: a polynomial with powers or products is not linear, and not supported",
+                       fmt::format("{}: a polynomial with powers or products is not linear, and not supported, unless "
+                                   "all but one factor of a product are voltages of DC sources",
                                    fields.words[0].text));
     }
+    if (*value != 0) coefficients[changing] += factor;
+    if (product.size() <= kMaxDegree) MoveToNext(product, controls);
   }
   // One coefficient alone of one control is its gain.
-  if (controls == 1 && coefficients.size() == 1) coefficients.insert(coefficients.begin(), 0.0);
-  coefficients.resize(controls + 1);
+  if (controls == 1 && plain.words.size() == first + 1) std::swap(coefficients[0], coefficients[1]);
   element.value = coefficients[0];
   for (std::size_t k = 0; k < controls; ++k) {
     if (by_voltage) {
@@ -268,7 +303,8 @@ absl::StatusOr<LinearValue> DeckCircuit::LinearOf(const DeckFields& fields, cons
     stored.Update(Store(std::move(part), fields));
     return quantity;
   };
-  auto value = instance.scope->EvaluateLinear(word.text, make);
+  const auto know = [&](const std::string& quantity) { return KnownOf(instance, quantity); };
+  auto value = instance.scope->EvaluateLinear(word.text, make, know);
   if (value.ok() && !value->factors.empty()) value = add_formula(*std::move(value));
   if (!stored.ok()) return stored;
   if (value.ok()) return value;

@@ -47,6 +47,24 @@ std::string FirstWord(std::string_view text) {
   return Lower(text.substr(0, end));
 }
 
+// The commands of a line in a .control block, which ; separates there.
+std::vector<std::string_view> CommandsOf(std::string_view line) {
+  std::vector<std::string_view> commands;
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t end = std::min(line.find(';', begin), line.size());
+    const std::string_view one = line.substr(begin, end - begin);
+    commands.push_back(Stripped(one.substr(0, EndOfCode(one))));
+    begin = end + 1;
+  }
+  return commands;
+}
+
+// Whether a command of a .control block makes another circuit.
+bool ChangesCircuit(const std::string& command) {
+  return command == "alter" || command == "altermod" || command == "alterparam" || command == "source" ||
+         command == "circbyline" || command == "setcirc" || command == "loadcirc" || command == "edit";
+}
+
 std::string_view Unquoted(std::string_view text) {
   if (text.size() >= 2 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front()) {
     return text.substr(1, text.size() - 2);
@@ -73,7 +91,7 @@ class Splitter {
     // LTspice writes its µ in Latin-1.
     const std::string text = FindInvalidUtf8(bytes) == std::string::npos ? bytes : FromLatin1(bytes);
     std::size_t begin = 0, number = 0;
-    bool in_control = false, is_inside = !section;
+    bool in_control = false, has_run = false, ignores_change = false, is_inside = !section;
     bool may_continue = false;
     while (begin <= text.size()) {
       const std::size_t end = std::min(text.find('\n', begin), text.size());
@@ -90,8 +108,26 @@ class Splitter {
       const std::string_view code = Stripped(raw.substr(0, EndOfCode(raw)).substr(std::min(column, EndOfCode(raw))));
       if (code.empty()) continue;
       if (in_control) {
-        if (FirstWord(code) == ".endc") in_control = false;
-        if (FirstWord(code) == "tran") deck_.runs.push_back({source, std::string(code), {{0, number, column + 1}}});
+        for (const std::string_view command : CommandsOf(raw)) {
+          const std::string first = FirstWord(command);
+          const auto at = static_cast<std::size_t>(command.data() - raw.data()) + 1;
+          if (first == ".endc") in_control = false;
+          // A second one is refused or ignored; more are not needed for that.
+          const bool counts = first == "tran" && deck_.runs.size() < 2;
+          if (counts) deck_.runs.push_back({source, std::string(command), {{0, number, at}}});
+          has_run = has_run || first == "tran" || first == "run";
+          if (!ChangesCircuit(first)) continue;
+          if (has_run) {
+            if (!std::exchange(ignores_change, true)) {
+              Note(fmt::format("{}:{}: {} is ignored: the circuit is solved as it is before", source, number, first));
+            }
+            continue;
+          }
+          return DeckError(fmt::format("{}:{}:{}", source, number, at),
+                           fmt::format("{} makes another circuit before it is run, and .control blocks are not run; "
+                                       "write the values that are meant into the elements, models and parameters",
+                                       first));
+        }
         continue;
       }
       if (code[0] == '+') {

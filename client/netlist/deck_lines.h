@@ -34,13 +34,14 @@ struct DeckLine {
 struct DeckText {
   std::string title;
   std::vector<DeckLine> lines;
-  std::vector<DeckLine> runs;      // the lines "tran ..." of .control blocks, which are not in `lines`
+  std::vector<DeckLine> runs;      // "tran ..." of .control blocks, not in `lines`; at most two
   std::vector<std::string> notes;  // what was left out
 };
 
 // Splits a deck, a text in UTF-8 or else in Latin-1. The first line is the title. A line that begins with + continues
 // the one before; * begins a comment line; ; begins a comment anywhere, and so do $ and // after a blank. Ends at .end.
-// Between .control and .endc nothing but tran is read.
+// Between .control and .endc nothing but tran is read; commands there that change the circuit before it is run are
+// refused.
 //
 // `.include FILE` and `.lib FILE [SECTION]` insert the lines of a file below `folder`, the deck's; `folder` is empty
 // where there is none (standard input). PWL file=NAME holds the numbers of such a file afterwards. Errors:

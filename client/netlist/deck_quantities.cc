@@ -119,7 +119,7 @@ std::string UnknownName(const LinearValue& value, const DeckCircuit& circuit) {
     for (const std::string& node :
          {inside.substr(0, comma), comma == std::string::npos ? std::string("0") : inside.substr(comma + 1)}) {
       if (node != "0" && node != "gnd" && circuit.NodeNamed(node) < 0) {
-        return fmt::format("{}: the deck has no node \"{}\"", quantity, node);
+        return fmt::format("{}: the deck has no node \"{}\"{}", quantity, node, circuit.HintOnNode(node));
       }
     }
   }

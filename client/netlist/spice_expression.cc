@@ -20,7 +20,8 @@ namespace {
 constexpr int kMaxLevels = 64;
 constexpr double kRounding = 1e-14;
 
-// Letters of functions of the user that one expression reads, and that all of a deck read: some tenths of a second.
+// Letters of functions of the user that one expression reads, and that all of a deck read, there with the terms of long
+// sums that are multiplied: some tenths of a second.
 constexpr std::size_t kMaxWork = 100'000;
 constexpr std::size_t kMaxWorkOfDeck = 2'000'000;
 
@@ -32,8 +33,8 @@ class ExpressionReader {
   using Bindings = std::map<std::string, LinearValue>;
 
   ExpressionReader(std::string_view text, ParameterScope& scope, const Bindings& bindings, const PiecewiseMaker* maker,
-                   int depth, std::size_t& work)
-      : text_(text), scope_(scope), bindings_(bindings), maker_(maker), depth_(depth), work_(work) {}
+                   const QuantityKnower* knower, int depth, std::size_t& work)
+      : text_(text), scope_(scope), bindings_(bindings), maker_(maker), knower_(knower), depth_(depth), work_(work) {}
 
   absl::StatusOr<LinearValue> Read() {
     if (depth_ > kMaxLevels)
@@ -63,10 +64,45 @@ class ExpressionReader {
     at_ = text_.size();
     return {};
   }
-  double Constant(const LinearValue& value, const char* where) {
-    if (!value.factors.empty()) Fail(fmt::format("{} a voltage or current is not linear", where));
+  double Constant(const LinearValue& given, const char* where) {
+    const LinearValue value = WithConstants(given);
+    if (!value.factors.empty()) FailNotLinear(value, where);
     if (!value.of_time.empty()) Fail(fmt::format("{} a function of time is not supported here", where));
     return value.constant;
+  }
+
+  std::optional<KnownQuantity> Known(const std::string& quantity) const {
+    return knower_ != nullptr && *knower_ ? (*knower_)(quantity) : std::nullopt;
+  }
+  // With quantities that are constant as numbers. Not where a linear function will do: as controls they show in the
+  // circuit.
+  LinearValue WithConstants(LinearValue value) {
+    if (!CountTerms(value)) return {};
+    std::erase_if(value.factors, [&](const auto& factor) {
+      const auto known = Known(factor.first);
+      if (!known || !known->constant) return false;
+      value.constant += factor.second * *known->constant;
+      return true;
+    });
+    return value;
+  }
+  LinearValue FailNotLinear(const LinearValue& value, const char* where) {
+    for (const auto& [quantity, factor] : value.factors) {
+      if (!Known(quantity)) continue;
+      return Fail(
+          fmt::format("{} {}: sources alone determine it, but it changes with time, and the matrices are constant; "
+                      "voltages of DC sources are allowed here",
+                      where, quantity));
+    }
+    return Fail(fmt::format("{} a voltage or current is not linear", where));
+  }
+
+  // What is done with sums that are longer than anybody writes counts as work of the deck.
+  bool CountTerms(const LinearValue& value) {
+    constexpr std::size_t kMaxTerms = 64;
+    if (value.factors.size() <= kMaxTerms || scope_.Count(value.factors.size())) return true;
+    Fail("too much is done with long sums");
+    return false;
   }
 
   // A function of time, as a formula in the language of the engine.
@@ -114,9 +150,17 @@ class ExpressionReader {
     if (IsOfTime(value)) return OfTime("(" + TextOf(value) + " != 0)");
     return {Constant(value, where) != 0 ? 1.0 : 0.0};
   }
-  LinearValue Settled(const LinearValue& value) { return value.compared ? Step(*value.compared) : value; }
-  LinearValue Chosen(const LinearValue& condition, const LinearValue& yes, const LinearValue& no) {
+  LinearValue Settled(LinearValue value) {
+    if (value.compared) return Step(*value.compared);
+    return value;
+  }
+  LinearValue Chosen(LinearValue condition, LinearValue yes, LinearValue no) {
+    if (!condition.is_truth) condition = WithConstants(std::move(condition));
     if (IsOfTime(condition)) {
+      if (yes.factors != no.factors) {
+        yes = WithConstants(std::move(yes));
+        no = WithConstants(std::move(no));
+      }
       if (yes.factors != no.factors) return Fail("a choice by time between voltages or currents is not linear");
       LinearValue value =
           OfTime(fmt::format("({0} != 0)*{1} + ({0} == 0)*{2}", TextOf(condition),
@@ -132,14 +176,18 @@ class ExpressionReader {
     if (yes.of_time == no.of_time) jump.of_time.clear();
     double slope = 0;
     if (condition.compared) {
-      const auto& [name, factor] = *condition.compared->factors.begin();
+      // Of what changes, if anything does.
+      const auto& factors = condition.compared->factors;
+      const LinearValue changing = WithConstants(*condition.compared);
+      const auto& [name, factor] = *(changing.factors.empty() ? factors : changing.factors).begin();
       const auto found = jump.factors.find(name);
       if (found != jump.factors.end() && factor != 0) slope = found->second / factor;
       if (slope != 0) jump = Sum(jump, *condition.compared, -slope);
     }
+    jump = WithConstants(std::move(jump));
     if (!jump.of_time.empty()) return Fail("a choice by a voltage or current between functions of time is not linear");
-    double size = std::abs(yes.constant) + std::abs(no.constant);
-    if (slope != 0) size += std::abs(slope * condition.compared->constant);
+    double size = std::abs(WithConstants(yes).constant) + std::abs(WithConstants(no).constant);
+    if (slope != 0) size += std::abs(slope * WithConstants(*condition.compared).constant);
     LinearValue value = no;
     value.is_truth = false;
     for (const auto& [name, factor] : jump.factors) {
@@ -252,7 +300,9 @@ class ExpressionReader {
       const char sign = Peek();
       if (sign != '+' && sign != '-') return value;
       ++at_;
-      value = Short(Sum(Settled(value), Settled(Product()), sign == '+' ? 1 : -1));
+      const LinearValue next = Settled(Product());
+      // Moved, since a sum may have thousands of terms.
+      value = Short(Sum(Settled(std::move(value)), next, sign == '+' ? 1 : -1));
     }
   }
   LinearValue Product() {
@@ -262,8 +312,22 @@ class ExpressionReader {
       if (sign == '*' && text_.substr(at_).starts_with("**")) return value;
       if (sign != '*' && sign != '/') return value;
       ++at_;
-      value = Settled(value);
-      const LinearValue other = Settled(Signed());
+      value = Settled(std::move(value));
+      LinearValue other = Settled(Signed());
+      if (!CountTerms(value) || !CountTerms(other)) return {};
+      if (sign == '*' && !value.factors.empty() && !other.factors.empty()) {
+        if (LinearValue number = WithConstants(value); number.factors.empty()) {
+          value = std::move(number);
+        } else if (number = WithConstants(other); number.factors.empty()) {
+          other = std::move(number);
+        } else {
+          // Of both the one that sources determine, if one is, has the reason.
+          const bool is_value = std::any_of(value.factors.begin(), value.factors.end(),
+                                            [&](const auto& factor) { return Known(factor.first).has_value(); });
+          return FailNotLinear(WithConstants(is_value ? value : other), "a product of voltages and currents:");
+        }
+      }
+      if (sign == '/') other = WithConstants(std::move(other));
       if (value.factors.empty() && other.factors.empty() && (IsOfTime(value) || IsOfTime(other))) {
         value = OfTime(TextOf(value) + sign + TextOf(other));
       } else if (sign == '/') {
@@ -336,7 +400,9 @@ class ExpressionReader {
   }
 
   LinearValue Named(const std::string& name) {
-    if (const auto found = bindings_.find(name); found != bindings_.end()) return found->second;
+    if (const auto found = bindings_.find(name); found != bindings_.end()) {
+      return CountTerms(found->second) ? found->second : LinearValue{};
+    }
     if (scope_.Where(name) != nullptr) {
       const auto value = scope_.ValueOf(name, depth_ + 1);
       if (!value.ok()) {
@@ -406,7 +472,7 @@ class ExpressionReader {
     for (std::size_t k = 0; k < arguments.size(); ++k) bound[function.arguments[k]] = arguments[k];
     work_ += function.body.size();
     if (!home.Count(function.body.size()) || work_ > kMaxWork) return Fail("calls too many functions");
-    auto value = ExpressionReader(function.body, home, bound, maker_, depth_ + 1, work_).Read();
+    auto value = ExpressionReader(function.body, home, bound, maker_, knower_, depth_ + 1, work_).Read();
     if (value.ok()) return *value;
     if (error_.ok()) error_ = value.status();
     at_ = text_.size();
@@ -505,7 +571,8 @@ class ExpressionReader {
   const std::string_view text_;
   ParameterScope& scope_;
   const Bindings& bindings_;
-  const PiecewiseMaker* maker_;  // null if voltages and currents are not allowed
+  const PiecewiseMaker* maker_;   // null if voltages and currents are not allowed
+  const QuantityKnower* knower_;  // likewise
   const int depth_;
   std::size_t& work_;
   std::size_t at_ = 0;
@@ -559,7 +626,7 @@ absl::StatusOr<double> ParameterScope::ValueOf(const std::string& name, int dept
   parameter.is_open = true;
   const ExpressionReader::Bindings none;
   std::size_t work = 0;
-  const auto value = ExpressionReader(parameter.expression, *home, none, nullptr, depth, work).Read();
+  const auto value = ExpressionReader(parameter.expression, *home, none, nullptr, nullptr, depth, work).Read();
   parameter.is_open = false;
   if (!value.ok()) {
     return absl::InvalidArgumentError(fmt::format("parameter {}: {}", name, std::string(value.status().message())));
@@ -571,10 +638,11 @@ absl::StatusOr<double> ParameterScope::ValueOf(const std::string& name, int dept
   return value->constant;
 }
 
-absl::StatusOr<LinearValue> ParameterScope::EvaluateLinear(std::string_view expression, const PiecewiseMaker& maker) {
+absl::StatusOr<LinearValue> ParameterScope::EvaluateLinear(std::string_view expression, const PiecewiseMaker& maker,
+                                                           const QuantityKnower& knower) {
   const ExpressionReader::Bindings none;
   std::size_t work = 0;
-  auto value = ExpressionReader(expression, *this, none, &maker, 0, work).Read();
+  auto value = ExpressionReader(expression, *this, none, &maker, &knower, 0, work).Read();
   if (!value.ok()) return value.status();
   bool finite = std::isfinite(value->constant);
   for (const auto& [name, factor] : value->factors) finite = finite && std::isfinite(factor);
@@ -585,7 +653,7 @@ absl::StatusOr<LinearValue> ParameterScope::EvaluateLinear(std::string_view expr
 absl::StatusOr<double> ParameterScope::Evaluate(std::string_view expression) {
   const ExpressionReader::Bindings none;
   std::size_t work = 0;
-  const auto value = ExpressionReader(expression, *this, none, nullptr, 0, work).Read();
+  const auto value = ExpressionReader(expression, *this, none, nullptr, nullptr, 0, work).Read();
   if (!value.ok()) return value.status();
   if (!std::isfinite(value->constant)) {
     return absl::InvalidArgumentError(fmt::format("\"{}\" is not finite", expression));

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/netlist/known_voltages.h"
 #include "client/netlist/linear_value.h"
 #include "core/circuits/circuit.h"
 
@@ -32,6 +33,9 @@ namespace dlcs::client {
 
 // Makes a quantity that is `function` of `argument`, and returns its name.
 using PiecewiseMaker = std::function<std::string(const LinearValue& argument, const PiecewiseLinear& function)>;
+
+// What is known of a quantity as EvaluateLinear() names it; absent if sources alone do not determine it.
+using QuantityKnower = std::function<std::optional<KnownQuantity>(const std::string& quantity)>;
 
 // The parameters and functions that a part of a deck sees: its own, and those of the parts around it. Names are in
 // small letters.
@@ -53,8 +57,10 @@ class ParameterScope {
   // The same where voltages V(a), V(a,b) and currents I(name) may occur: linearly; in the piecewise linear functions
   // max, min, abs, limit, table, pwl, uramp, u, stp, sgn; in comparisons, and in choices by them between what differs
   // by a number, or by a multiple of what is compared. Such functions become quantities by `maker`; without one they
-  // are refused. With a maker `time` is allowed too, in all functions where no voltage or current is.
-  absl::StatusOr<LinearValue> EvaluateLinear(std::string_view expression, const PiecewiseMaker& maker = {});
+  // are refused. With a maker `time` is allowed too, in all functions where no voltage or current is. Quantities that
+  // are constant by `knower` are numbers where only numbers are allowed, as one factor of a product is.
+  absl::StatusOr<LinearValue> EvaluateLinear(std::string_view expression, const PiecewiseMaker& maker = {},
+                                             const QuantityKnower& knower = {});
 
  private:
   friend class ExpressionReader;
@@ -68,7 +74,8 @@ class ParameterScope {
     std::string body;
   };
 
-  // Adds to the letters of functions that the whole deck has read. Returns whether these are still not too many.
+  // Adds to the letters of functions, and terms of long sums, that the whole deck has read. Returns whether these are
+  // still not too many.
   bool Count(std::size_t letters);
   absl::StatusOr<double> ValueOf(const std::string& name, int depth);
   ParameterScope* Where(const std::string& name);
@@ -77,7 +84,7 @@ class ParameterScope {
   ParameterScope* around_;
   std::map<std::string, Parameter> values_;
   std::map<std::string, Function> functions_;
-  std::size_t work_ = 0;  // of the outermost: the letters of functions that all expressions have read
+  std::size_t work_ = 0;  // of the outermost: the letters and terms that all expressions have read
 };
 
 }  // namespace dlcs::client

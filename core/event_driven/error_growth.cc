@@ -240,7 +240,10 @@ ComponentErrors ErrorGrowth::RelativeTo(const Magnitudes& sizes, std::vector<Ind
     return Vector(errors.array().isNaN().select(kInfinite, errors));
   };
   for (Index i = 0; i < x_.size(); ++i) {
-    if (sizes.x[i] <= noise_[i] && x_[i] < kOfError * sizes.x[i]) small_but_known.push_back(i);
+    if (!(sizes.x[i] <= noise_[i] && x_[i] < kOfError * sizes.x[i])) continue;
+    // An earlier solve may have listed it.
+    const auto place = std::lower_bound(small_but_known.begin(), small_but_known.end(), i);
+    if (place == small_but_known.end() || *place != i) small_but_known.insert(place, i);
   }
   ComponentErrors errors{.x = bounded(Relative(x_, sizes.x, noise_))};
   for (const Index i : small_but_known) {

@@ -62,8 +62,8 @@ class ErrorGrowth {
 
   // The largest errors so far of each component relative to its size; those of B y and w are empty if y does not count.
   // A state that is no larger than the bound of its rounding has an error of 0, since it may be rounding alone. If its
-  // estimated error is at most a few times as large it is not: such states are added to `small_but_known`, and the
-  // errors of those that it holds count.
+  // estimated error is at most a few times as large it is not: such states are added to `small_but_known`, which is
+  // increasing, and the errors of those that it holds count.
   ComponentErrors RelativeTo(const Magnitudes& sizes, std::vector<Index>& small_but_known) const;
 
  private:

@@ -8,6 +8,9 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "dlcs/v1/jobs.pb.h"
+#include "dlcs/v1/problems.pb.h"
+#include "dlcs/v1/solver.pb.h"
 #include "fmt/format.h"
 #include "google/protobuf/descriptor.h"
 #include "server/gateway/forwarded_call.h"
@@ -61,11 +64,15 @@ const MethodDescriptor* RpcGateway::FindMethod(const std::string& path) {
 
 std::vector<std::string> RpcGateway::MethodPaths() {
   std::vector<std::string> paths;
-  const auto* const pool = google::protobuf::DescriptorPool::generated_pool();
-  for (const char* name : {"SolverService", "JobService", "ProblemService"}) {
-    const auto* const service = pool->FindServiceByName(std::string("dlcs.v1.") + name);
-    for (int k = 0; service != nullptr && k < service->method_count(); ++k) {
-      paths.push_back("/" + service->full_name() + "/" + service->method(k)->name());
+  // Of every file of the contract one message.
+  for (const auto* const message :
+       {v1::SolveRequest::descriptor(), v1::SolveJob::descriptor(), v1::StoredProblem::descriptor()}) {
+    const google::protobuf::FileDescriptor& file = *message->file();
+    for (int k = 0; k < file.service_count(); ++k) {
+      const google::protobuf::ServiceDescriptor& service = *file.service(k);
+      for (int method = 0; method < service.method_count(); ++method) {
+        paths.push_back("/" + service.full_name() + "/" + service.method(method)->name());
+      }
     }
   }
   return paths;

@@ -31,7 +31,7 @@ class RpcGateway {
 
   // "/dlcs.v1.SolverService/Solve"; null if there is no such method.
   static const google::protobuf::MethodDescriptor* FindMethod(const std::string& path);
-  // The paths of all methods.
+  // The paths of all methods of the contract, proto/dlcs/v1.
   static std::vector<std::string> MethodPaths();
 
   // Answers a POST to the path of a method. Errors are answers too.

@@ -72,4 +72,25 @@ Problem Scalar(double a, double g, double x0, double horizon) {
   return problem;
 }
 
+Problem Relays(const Matrix& A, const Matrix& C, const Matrix& D, const Vector& x0, double horizon) {
+  const Index m = A.rows();
+  const Index k = D.rows();
+  Problem problem;
+  problem.A = A;
+  problem.B = Matrix::Zero(m, 2 * k);
+  problem.B.MutableDense().leftCols(k) = C;
+  problem.N = Matrix::Zero(2 * k, m);
+  problem.N.MutableDense().topRows(k) = D;
+  problem.M = Matrix::Zero(2 * k, 2 * k);
+  problem.M.MutableDense().topRightCorner(k, k).setIdentity();
+  problem.M.MutableDense().bottomLeftCorner(k, k) = -Matrix::Identity(k, k);
+  problem.f = TimeFunction::Constant(-C * Vector::Ones(k));
+  Vector g = Vector::Zero(2 * k);
+  g.tail(k).setConstant(2);
+  problem.g = TimeFunction::Constant(g);
+  problem.x0 = x0;
+  problem.horizon = horizon;
+  return problem;
+}
+
 }  // namespace dlcs::testing

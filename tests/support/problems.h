@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small problems with known answers, from the papers.
+// Small problems with known answers, most of them from the papers.
 
 #ifndef DLCS_TESTS_SUPPORT_PROBLEMS_H_
 #define DLCS_TESTS_SUPPORT_PROBLEMS_H_
@@ -26,6 +26,9 @@ Problem FourVariableEasy();
 
 // x' = a x + y, 0 <= y ⟂ x + g + y >= 0: for x + g <= 0, y = -(x + g).
 Problem Scalar(double a, double g, double x0, double horizon);
+
+// k relays: x' = A x + f - C sgn(D x), sgn(0) anything in [-1, 1]; y_i = 1 - sgn_i.
+Problem Relays(const Matrix& A, const Matrix& C, const Matrix& D, const Vector& x0, double horizon);
 
 }  // namespace dlcs::testing
 

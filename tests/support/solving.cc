@@ -29,4 +29,32 @@ Solution SolveForEnd(const Problem& problem) {
   return SolveToEnd(problem, options);
 }
 
+Solution SolveAt(const Problem& problem, double tolerance, std::vector<double> times) {
+  Options options;
+  options.method = Method::kEventDriven;
+  options.error_tolerance = tolerance;
+  options.output_times = std::move(times);
+  options.output_times_only = !options.output_times.empty();
+  options.keep_pieces = true;
+  options.project_initial_state = true;
+  return SolveWith(problem, options);
+}
+
+Vector LastState(const Solution& solution) { return solution.x.col(solution.x.cols() - 1); }
+
+std::vector<double> SwitchesOf(const Solution& solution) {
+  std::vector<double> times;
+  for (std::size_t k = 1; k < solution.switching_times.size(); ++k) times.push_back(solution.switching_times[k].time);
+  return times;
+}
+
+std::set<Index> LastActive(const Solution& solution) {
+  std::set<Index> active;
+  for (const SwitchingTime& switching : solution.switching_times) {
+    for (const Index i : switching.entering) EXPECT_TRUE(active.insert(i).second) << "entered twice: " << i;
+    for (const Index i : switching.leaving) EXPECT_EQ(active.erase(i), 1u) << "left without having entered: " << i;
+  }
+  return active;
+}
+
 }  // namespace dlcs::testing

@@ -263,6 +263,72 @@ TEST(DeckTest, ReadsFunctionsOfTime) {
   EXPECT_EQ(Named(deck, "B3#2").controls.size(), 2u);
 }
 
+// Also where the source comes later, and inside of subcircuits and over them.
+TEST(DeckTest, VoltagesOfDcSourcesAreFactors) {
+  const Deck deck = Good(
+      "X1 vcc mid out a 5v half\n"
+      ".subckt half rail ref out in five\n"
+      "B1 out 0 V={V(rail)*V(in)/V(ref)}\n"
+      "B2 x 0 V={V(in) > V(ref) ? V(rail) : 0}\n"
+      "B3 y 0 V={V(in)*sqrt(V(five, 0))*V(own)}\n"
+      "V9 own 0 3\n"
+      ".ends\n"
+      "E1 b 0 POLY(2) vcc 0 a 0 1 2 3 4 5\n"
+      "G1 b 0 VALUE={V(a)*V(vcc,mid)}\n"
+      "B4 c 0 V=V(vcc)*V(mid)\n"
+      "R1 b 0 1\n"
+      "V1 vcc mid DC 8\n"
+      "V2 mid 0 4\n"
+      "V3 5v 0 9\n"
+      "V4 a 0 SIN(0 1 1k)\n" +
+      std::string(kRest));
+  const auto only_control = [&](const std::string& name) {
+    EXPECT_EQ(Named(deck, name).controls.size(), 1u) << name;
+    return Named(deck, name).controls.front();
+  };
+  EXPECT_EQ(only_control("X1.B1").factor, 3);
+  EXPECT_EQ(Named(deck, "X1.B2").controls.size(), 1u);
+  EXPECT_EQ(only_control("X1.B2").factor, 12);  // times the comparator
+  EXPECT_EQ(only_control("X1.B3").factor, 9);
+  EXPECT_EQ(only_control("G1").factor, 8);
+  EXPECT_EQ(only_control("B4").factor, 12);
+  // 1 + 2 vcc + 3 a + 4 vcc² + 5 vcc a
+  EXPECT_EQ(Named(deck, "E1").value, 1 + 4 * 144);
+  EXPECT_EQ(Named(deck, "E1").controls[0].factor, 2);
+  EXPECT_EQ(Named(deck, "E1").controls[1].factor, 3 + 5 * 12);
+}
+
+TEST(DeckTest, OnlyConstantsMultiplyVoltages) {
+  const std::string rest = "V1 s 0 SIN(0 1 1k)\nV2 vcc s 5\nR9 a vcc 1\n" + std::string(kRest);
+  for (const char* expression : {"V(a)*V(s)", "V(s)*V(a)", "V(a)*V(vcc)", "V(a)/V(vcc)"}) {
+    EXPECT_THAT(Fault("B1 b 0 V={" + std::string(expression) + "}\n" + rest),
+                AllOf(HasSubstr("a.cir:2"), HasSubstr("B1"), HasSubstr("it changes with time")))
+        << expression;
+  }
+  EXPECT_THAT(Fault("E1 b 0 POLY(2) a 0 vcc 0 0 0 0 0 1\n" + rest), HasSubstr("voltages of DC sources"));
+  EXPECT_THAT(Fault("E1 b 0 POLY(1) a 0 0 0 0 0 0 0 0 0 0 0 0 1\n" + rest), HasSubstr("not linear"));
+  EXPECT_THAT(Fault("B1 b 0 V={V(a)*V(r)}\nR1 r vcc 1\n" + rest), HasSubstr("a voltage or current is not linear"));
+  EXPECT_EQ(Named(Good("B1 b 0 V={V(a)*V(vcc,s)}\n" + rest), "B1").controls[0].factor, 5);
+  // A source with a resistance of its own determines nothing.
+  EXPECT_THAT(Fault("B1 b 0 V={V(a)*V(r)}\nV3 r 0 5 Rser=1\n" + rest), HasSubstr("not linear"));
+  // From 0 within 20 us.
+  EXPECT_THAT(Fault("V3 r 0 5\nR1 r a 1\nB1 b 0 V={V(a)*V(r)}\nC1 a 0 1u\n.tran 1u 1m startup\n"),
+              HasSubstr("it changes with time"));
+}
+
+TEST(DeckTest, ProposesNodesWhereOneIsUnknown) {
+  const std::string deck =
+      ".subckt NET in out\nR1 in inner1 1\nR2 inner1 inner2 1\nR3 inner2 out 1\n.ends\nX2 supply a NET\n"
+      "V1 supply 0 1\nR1 a 0 1\n" +
+      std::string(kRest);
+  EXPECT_THAT(Fault(deck + ".print tran V(suply)\n"), HasSubstr("no node \"suply\"; did you mean supply?"));
+  EXPECT_THAT(Fault(deck + ".print tran V(x2.iner1)\n"), HasSubstr("did you mean X2.inner1?"));
+  EXPECT_THAT(Fault(deck + ".print tran V(x2.out)\n"),
+              HasSubstr("it is a port of a subcircuit, which is at the node a outside"));
+  EXPECT_THAT(Fault(deck + ".print tran V(x2.zzzzzzzzzz)\n"), HasSubstr("the subcircuit has X2.inner1, X2.inner2"));
+  EXPECT_TRUE(Fault(deck + ".print tran V(zzzzzzzzz)\n").ends_with("the deck has no node \"zzzzzzzzz\""));
+}
+
 TEST(DeckTest, MissingRampsAreTstepUnlessEdgesAreIdeal) {
   const std::string lines = std::string("V1 a 0 PULSE(0 1)\n") + kRest;
   const Deck spice = Good(lines);
@@ -543,6 +609,26 @@ TEST(DeckTest, TakesTheTranOfAControlBlockWhereThereIsNoOther) {
               AllOf(HasSubstr("a.cir:8"), HasSubstr("the .control block has several")));
 }
 
+// The answer would be that of another circuit.
+TEST(DeckTest, RefusesControlBlocksThatChangeTheCircuitBeforeItIsRun) {
+  const std::string circuit = "V1 a 0 1\nR1 a b 1\nC1 b 0 1u\n";
+  const std::string tran = ".tran 1u 1m\n";
+  for (const char* command :
+       {"alter R1 = 10", "alter @v1[dc]=5", "alterparam r=2", "altermod DX rs=1", "source b.cir"}) {
+    const std::string name = std::string(command).substr(0, std::string(command).find(' '));
+    for (const std::string run : {"tran 1u 1m", "run"}) {
+      EXPECT_THAT(Fault(circuit + ".control\n " + command + "\n" + run + "\n.endc\n" + tran),
+                  AllOf(HasSubstr("a.cir:6:2: " + name), HasSubstr("before it is run")));
+      const Deck deck = Good(circuit + ".control\n" + run + "\n" + command + "\n.endc\n" + tran);
+      EXPECT_THAT(deck.notes, Contains(HasSubstr("a.cir:7: " + name + " is ignored")));
+    }
+  }
+  EXPECT_THAT(Fault(circuit + ".control\nset x = 1; alter R1 = 10; run\n.endc\n" + tran),
+              HasSubstr("a.cir:6:12: alter"));
+  EXPECT_THAT(Fault(circuit + ".control\nalter R1 = 10\n.endc\n" + tran), HasSubstr("a.cir:6:1: alter"));
+  EXPECT_EQ(Good(circuit + ".control\nset x = 1; tran 1u 2m\n.endc\n").circuit.horizon, 2e-3);
+}
+
 TEST(DeckTest, ATitleThatLooksLikeAnElementIsNoted) {
   const auto deck = ReadDeck("V1 a 0 1\nR1 a 0 1\nC1 a 0 1u\n.tran 1u 1m\n", "a.cir", "", {});
   ASSERT_TRUE(deck.ok()) << deck.status();
@@ -602,7 +688,9 @@ TEST(DeckTest, RefusesWithPlaceNameAndReason) {
   EXPECT_THAT(Fault(".modle DX D\n" + rest), HasSubstr(".modle is not supported; did you mean .model?"));
   EXPECT_THAT(Fault("X1 a 0 NIX\n" + rest), HasSubstr("there is no .subckt NIX"));
   EXPECT_THAT(Fault("X1 a NET\n.subckt NET a b\nR1 a b 1\n.ends\n" + rest),
-              HasSubstr("has 1 nodes, but .subckt NET has 2: a b"));
+              HasSubstr("X1 has 1 node, but .subckt NET needs 2, in this order: a b"));
+  EXPECT_THAT(Fault("X1 a b 0 NET\n.subckt NET a\nR1 a 0 1\n.ends\n" + rest),
+              HasSubstr("X1 has 3 nodes, but .subckt NET needs 1, in this order: a"));
   EXPECT_THAT(Fault("X1 a 0 NET q=1\n.subckt NET a b\nR1 a b 1\n.ends\n" + rest), HasSubstr("no parameter q"));
   EXPECT_THAT(Fault("X1 a 0 NET\n.subckt NET a b\nX2 a b NET\n.ends\n" + rest), HasSubstr("contain itself"));
   EXPECT_THAT(Fault(".subckt NET a b\nR1 a b 1\n" + rest), HasSubstr("is an .ends missing?"));

@@ -72,6 +72,25 @@ C2 e 0 5n
 .end
 """
 
+# Products with the voltage of a supply, which comes last: in a subcircuit, a quotient, and a product of POLY.
+SUPPLY = """Products with a supply
+X1 vcc in q flag cell
+.subckt cell rail in q flag
+R1 rail ref 5k
+R2 ref 0 5k
+B1 q 0 V={0.5*V(rail)*(1 + V(flag)) - V(in)*V(rail)/10 + V(ref)/V(rail)}
+E1 flag 0 POLY(2) in 0 rail 0 0.1 0 0 0 0.02
+.ends
+R3 q in 10k
+C1 in 0 100n
+R4 s in 20k
+V2 s 0 SIN(0 1 1k)
+V1 vcc 0 DC 5
+.tran 10u 3m
+.print tran v(in) v(q) v(flag)
+.end
+"""
+
 PUMP = """Dickson charge pump
 Vdd vdd 0 5
 V1 c1 0 PULSE(0 5 0 10n 10n 0.49u 1u)
@@ -217,6 +236,9 @@ class NgspicePeerTest(unittest.TestCase):
         risen = re.sub(r"^V1 .*", "B1 a 0 V=5*min(1, time/20u)", STARTUP.replace(" startup", ""), flags=re.M)
         risen = risen.replace("V2 g 0", "B2 g 0 V=V(p)*min(1, time/20u)\nV2 p 0")
         self.compare(STARTUP, 1e-4, 1e-9, 1e-6, risen)
+
+    def test_products_with_a_supply(self):
+        self.compare(SUPPLY, 3e-3, 1e-7, 1e-6)
 
     def test_where_blocking_diodes_leave_the_operating_point_open(self):
         self.compare(BLOCKING, 5e-6, 1e-9, 1e-5)

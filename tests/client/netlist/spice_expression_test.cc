@@ -85,6 +85,19 @@ TEST(SpiceExpressionTest, EndsWhereExpressionsTogetherCallTooManyFunctions) {
   EXPECT_GT(read, 200);
 }
 
+TEST(SpiceExpressionTest, EndsWhereLongSumsAreMultipliedTooOften) {
+  const PiecewiseMaker none = [](const LinearValue&, const PiecewiseLinear&) { return "v(none)"; };
+  std::string sum = "V(n0)", product;
+  for (int k = 1; k < 3000; ++k) sum += fmt::format("+V(n{})", k);
+  for (int k = 0; k < 1000; ++k) product += "*1";
+  ParameterScope scope;
+  EXPECT_EQ(scope.EvaluateLinear("(" + sum + ")*2", none)->factors.size(), 3000u);
+  EXPECT_THAT(std::string(scope.EvaluateLinear("(" + sum + ")" + product, none).status().message()),
+              HasSubstr("too much is done with long sums"));
+  ParameterScope short_sums;
+  EXPECT_TRUE(short_sums.EvaluateLinear("(V(a)+V(b))" + product + product, none).ok());
+}
+
 // The text of its argument doubles with each call.
 TEST(SpiceExpressionTest, EndsWhereAFunctionOfTimeGrowsTooLong) {
   ParameterScope scope;

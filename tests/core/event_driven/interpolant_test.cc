@@ -16,6 +16,14 @@
 namespace dlcs {
 namespace {
 
+using testing::ExampleFourOne;
+using testing::ExampleFourOneExact;
+using testing::FourVariableEasy;
+using testing::kNoTolerance;
+using testing::Relays;
+using testing::Scalar;
+using testing::SolveAt;
+
 Solution Solved(const Problem& problem, Options options) {
   options.project_initial_state = true;
   return testing::SolveToEnd(problem, options);
@@ -36,7 +44,7 @@ Interpolant Made(const Problem& problem, const Solution& solution) {
 
 // x' = -1 before t = 1/2 and 1 behind it, with y held by 0 <= y ⟂ x + M y + g >= 0.
 Problem WithABreak(double M) {
-  Problem problem = testing::Scalar(-1, 0, 1, 1);
+  Problem problem = Scalar(-1, 0, 1, 1);
   problem.M(0, 0) = M;
   problem.f.pieces = {{0, ConstantFunction{Vector::Constant(1, -3)}}, {0.5, ConstantFunction{Vector::Constant(1, 2)}}};
   problem.g.pieces = {{0, ConstantFunction{Vector::Constant(1, 0)}}, {0.5, ConstantFunction{Vector::Constant(1, -1)}}};
@@ -68,7 +76,7 @@ void ExpectMeetsTheNodes(const Problem& problem, const Options& options, double 
 }
 
 TEST(InterpolantTest, MeetsTheNodesOfEveryMethod) {
-  const auto f41 = testing::ExampleFourOne();
+  const auto f41 = ExampleFourOne();
   Options averaged = By(Method::kTimeStepping, 50);
   averaged.average_y = true;
   ExpectMeetsTheNodes(f41, By(Method::kTimeStepping, 50), 1e-14);
@@ -98,7 +106,7 @@ TEST(InterpolantTest, KeepsBothLimitsOfABreakPoint) {
 
 TEST(InterpolantTest, StatesJumpWhereTheyJump) {
   // x' = y - 1 over a floor at -g = 0 that rises to 1 at t = 1/2.
-  Problem problem = testing::Scalar(0, 0, 0.25, 1);
+  Problem problem = Scalar(0, 0, 0.25, 1);
   problem.M.MutableDense().setZero();
   problem.f = TimeFunction::Constant(Vector::Constant(1, -1));
   problem.g.pieces = {{0, ConstantFunction{Vector::Constant(1, 0)}}, {0.5, ConstantFunction{Vector::Constant(1, -1)}}};
@@ -113,7 +121,7 @@ TEST(InterpolantTest, StatesJumpWhereTheyJump) {
 
 // The middle of a step is also known to the schemes, by matrices of their own.
 TEST(InterpolantTest, AgreesWithTheMiddleThatTheCertificateJudges) {
-  const Problem problem = testing::FourVariableEasy();
+  const Problem problem = FourVariableEasy();
   const Index steps = 64;
   const double h = 1.0 / 64;
   const Scheme scheme = ExponentialPiecewiseLinear(problem, h);
@@ -134,14 +142,14 @@ TEST(InterpolantTest, AgreesWithTheMiddleThatTheCertificateJudges) {
 
 // Between the nodes as near the truth as at them: order two with exp-PL, one with the interpolants of Theorem 7.
 TEST(InterpolantTest, KeepsTheOrderOfTheMethodBetweenNodes) {
-  const Problem problem = testing::ExampleFourOne();
+  const Problem problem = ExampleFourOne();
   const auto error = [&](Method method, Index steps) {
     const Solution solution = Solved(problem, By(method, steps));
     Interpolant interpolant = Made(problem, solution);
     double largest = 0;
     for (int j = 0; j <= 1000; ++j) {
       const double t = j / 1000.0;
-      largest = std::max(largest, MaxAbs(interpolant.At(t).x - testing::ExampleFourOneExact(t)));
+      largest = std::max(largest, MaxAbs(interpolant.At(t).x - ExampleFourOneExact(t)));
     }
     return largest;
   };
@@ -169,7 +177,7 @@ TEST(InterpolantTest, AgreesWithEveryCaseAtItsReferenceTimes) {
 }
 
 TEST(InterpolantTest, NeedsEveryNode) {
-  const Problem problem = testing::ExampleFourOne();
+  const Problem problem = ExampleFourOne();
   Options options = By(Method::kTimeStepping, 50);
   options.output_times = {0, 0.5, 1};
   options.output_times_only = true;
@@ -182,7 +190,65 @@ TEST(InterpolantTest, NeedsEveryNode) {
   options.output_times_only = false;
   const Solution dense = Solved(problem, options);
   EXPECT_TRUE(Interpolant::Create(problem, dense).ok());
-  EXPECT_FALSE(Interpolant::Create(testing::FourVariableEasy(), dense).ok());
+  EXPECT_FALSE(Interpolant::Create(FourVariableEasy(), dense).ok());
+}
+
+TEST(InterpolantTest, IsDenseBetweenItsNodes) {
+  const Problem problem = ExampleFourOne();
+  const Solution solution = SolveAt(problem, 1e-9);
+  ASSERT_EQ(static_cast<Index>(solution.pieces.size()), solution.cost.steps);
+  auto dense = Interpolant::Create(problem, solution);
+  ASSERT_TRUE(dense.ok()) << dense.status();
+  for (const double t : {0.0, 0.1003, 0.5, 0.77777, 1.0}) {
+    const Interpolant::Point point = dense->At(t);
+    const Vector x = ExampleFourOneExact(t);
+    EXPECT_LT(MaxAbs(point.x - x), 1e-9) << t;
+    EXPECT_LT(MaxAbs(point.y - Vector{{std::max(x[0], 0.0), 0, 0, std::max(-x[0], 0.0)}}), 1e-9) << t;
+  }
+}
+
+// The march too: x1' = x2, x2' = -2 sgn x1 - sgn x2 is continuous, and dense output meets the nodes from both sides.
+TEST(InterpolantTest, DenseOutputMeetsTheNodesOfCoupledSteps) {
+  Matrix A = Matrix::Zero(2, 2);
+  A(0, 1) = 1;
+  const Problem problem = Relays(A, Matrix{{0, 0}, {2, 1}}, Matrix::Identity(2, 2), Vector{{1, 0}}, 10);
+  const Solution solution = SolveAt(problem, kNoTolerance);
+  ASSERT_GT(solution.cost.coupled_steps, 0);
+  auto dense = Interpolant::Create(problem, solution);
+  ASSERT_TRUE(dense.ok()) << dense.status();
+  for (Index k = 1; k + 1 < solution.x.cols(); ++k) {
+    for (const Side side : {Side::kLeft, Side::kRight}) {
+      EXPECT_LT(MaxAbs(dense->Limit(solution.times[k], side).x - solution.x.col(k)), 1e-12) << solution.times[k];
+    }
+  }
+}
+
+TEST(InterpolantTest, DenseOutputNeedsThePieces) {
+  Options options;
+  options.method = Method::kEventDriven;
+  Observer silent;
+  const auto solution = Solve(ExampleFourOne(), options, silent, {});
+  ASSERT_TRUE(solution.ok());
+  EXPECT_TRUE(solution->pieces.empty());
+  EXPECT_FALSE(Interpolant::Create(ExampleFourOne(), *solution).ok());
+}
+
+// w = g + y with g = -1 before the break point at 1 and -3 behind it: y jumps from 1 to 3.
+TEST(InterpolantTest, HasBothLimitsWhereYJumps) {
+  Problem problem = Scalar(0, 0, 0, 2);
+  problem.B.MutableDense().setZero();
+  problem.g = TimeFunction::Formulas({"-1-2*(t>=1)"});
+  problem.break_points = {1};
+  const Solution solution = SolveAt(problem, 1e-9);
+  ASSERT_EQ(solution.left_limits.size(), 1u);
+  const Index column = solution.left_limits[0].column;
+  EXPECT_EQ(solution.times[column], 1);
+  EXPECT_NEAR(solution.left_limits[0].y[0], 1, 1e-12);
+  EXPECT_NEAR(solution.y(0, column), 3, 1e-12);
+  auto dense = Interpolant::Create(problem, solution);
+  ASSERT_TRUE(dense.ok()) << dense.status();
+  EXPECT_NEAR(dense->Limit(1, Side::kLeft).y[0], 1, 1e-12);
+  EXPECT_NEAR(dense->Limit(1, Side::kRight).y[0], 3, 1e-12);
 }
 
 }  // namespace

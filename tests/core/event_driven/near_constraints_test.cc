@@ -9,10 +9,16 @@
 #include <vector>
 
 #include "core/event_driven/mode_end.h"
+#include "tests/support/problems.h"
 #include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
+
+using testing::kNoTolerance;
+using testing::LastState;
+using testing::Scalar;
+using testing::SolveAt;
 
 // x_1 = sin(12 t) keeps a distance of 1e-9 max(0, -sin(0.683 t)) from the constraint of pair 2, which holds it only
 // where that is zero. Pair 1 switches all the while, and at each switch the active set is looked for again. x_2, of
@@ -68,6 +74,125 @@ TEST(NearConstraintsTest, APairThatAnotherRepelsIsNoticed) {
   ASSERT_EQ(solution.x.cols(), 1);
   const double error = std::abs(solution.x(0, 0) / 1.69 - 1);
   EXPECT_LE(error, 3 * solution.accuracy.error + 1e-12);
+}
+
+// A put option: V_i >= max(0, K - S_i), and at first V is equal to that. Beyond the strike V and y are zero, and far
+// beyond it V remains smaller than any rounding error.
+TEST(NearConstraintsTest, StatesThatAreNotReachedYetActivateNothing) {
+  constexpr Index kSize = 60, kStrike = 20;
+  Problem problem;
+  Matrix A = Matrix::Zero(kSize, kSize);
+  for (Index i = 0; i < kSize; ++i) {
+    A(i, i) = -400.1;
+    if (i > 0) A(i, i - 1) = 199;
+    if (i + 1 < kSize) A(i, i + 1) = 201;
+  }
+  Vector payoff(kSize), f = Vector::Zero(kSize);
+  for (Index i = 0; i < kSize; ++i) payoff[i] = std::max<double>(0, static_cast<double>(kStrike - i));
+  f[0] = 199 * (kStrike + 1);
+  problem.A = A;
+  problem.B = problem.N = Matrix(Matrix::Identity(kSize, kSize));
+  problem.M = Matrix(Matrix::Zero(kSize, kSize));
+  problem.f = TimeFunction::Constant(f);
+  problem.g = TimeFunction::Constant(-payoff);
+  problem.x0 = payoff;
+  problem.horizon = 1;
+  for (const double tolerance : {1e-6, 1e-9}) {
+    const Solution solution = SolveAt(problem, tolerance);
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    EXPECT_EQ(solution.cost.coupled_steps, 0);
+    EXPECT_LE(solution.accuracy.error, tolerance);
+    ASSERT_GE(solution.switching_times.size(), 3u);
+    EXPECT_EQ(solution.switching_times[0].entering.size(), static_cast<std::size_t>(kStrike));
+    // The free boundary moves down, one pair after the other.
+    Index last = kStrike;
+    for (std::size_t k = 1; k < solution.switching_times.size(); ++k) {
+      EXPECT_TRUE(solution.switching_times[k].entering.empty());
+      ASSERT_EQ(solution.switching_times[k].leaving, std::vector<Index>{--last});
+    }
+    EXPECT_GE(solution.x.minCoeff(), -1e-25);  // rounding of states that are zero
+  }
+}
+
+// x' = 1 + v with v in Sgn(x), and scaled by powers of two: a relay that drives x away from 0. From 0 there are
+// solutions on both sides; from every other x0 one of them, on its side.
+TEST(NearConstraintsTest, ARepellingRelayFollowsTheSignOfItsStart) {
+  for (const int unit : {0, -30, 30}) {
+    Problem problem;
+    problem.A = Matrix::Zero(1, 1);
+    problem.B = std::ldexp(1.0, unit) * (Matrix(1, 2) << -1, 0).finished();
+    problem.N = std::ldexp(1.0, -unit) * (Matrix(2, 1) << 1, 0).finished();
+    problem.M = (Matrix(2, 2) << 0, 1, -1, 0).finished();
+    problem.f = TimeFunction::Constant(Vector::Constant(1, std::ldexp(1.0, unit)));
+    problem.g = TimeFunction::Constant(Vector{{0, 2}});
+    problem.horizon = 3;
+    for (const double distance : {1.0, 1e-6, 1e-9, 1e-11, 1e-12, 1e-13, 1e-15, 1e-17, 1e-40}) {
+      for (const double sign : {-1.0, 1.0}) {
+        problem.x0 = Vector::Constant(1, std::ldexp(sign * distance, unit));
+        const Solution solution = SolveAt(problem, kNoTolerance);
+        ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+        EXPECT_NEAR(std::ldexp(LastState(solution)[0], -unit), sign * (3 + distance), 1e-9) << sign * distance;
+      }
+    }
+  }
+}
+
+// Of numbers that are sums themselves, such as 0.1 + 0.2 - 0.3, the sign is rounding: a relay that attracts x holds it
+// at 0 from there, at once.
+TEST(NearConstraintsTest, AStartThatIsRoundingRests) {
+  Problem problem;
+  problem.A = Matrix::Zero(1, 1);
+  problem.B = (Matrix(1, 2) << 2, 0).finished();
+  problem.N = (Matrix(2, 1) << 1, 0).finished();
+  problem.M = (Matrix(2, 2) << 0, 1, -1, 0).finished();
+  problem.f = TimeFunction::Constant(Vector::Constant(1, -2));
+  problem.g = TimeFunction::Constant(Vector{{0, 2}});
+  problem.horizon = 3;
+  for (const double start : {0.1 + 0.2 - 0.3, -(0.1 + 0.2 - 0.3), 0.0}) {
+    problem.x0 = Vector::Constant(1, start);
+    const Solution solution = SolveAt(problem, kNoTolerance);
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    EXPECT_NEAR(LastState(solution)[0], 0, 1e-15) << start;
+  }
+}
+
+// Starts where y = w = 0, and y drives w down (N B < 0) with the rate 1/M: x = t², y = sin³t, from which whatever
+// rounding does to w moves away like e^{t/M}. Where w leaves zero at once rounding decides nothing.
+TEST(NearConstraintsTest, CountsASolutionThatRoundingDecides) {
+  Problem problem = Scalar(0, 0, 0, 1);
+  problem.B = -Matrix::Ones(1, 1);
+  problem.M = Matrix::Constant(1, 1, 1e-4);
+  problem.f = TimeFunction::Formulas({"2*t + sin(t)**3"});
+  problem.g = TimeFunction::Formulas({"-t*t - 1e-4*sin(t)**3"});
+  EXPECT_GT(SolveAt(problem, kNoTolerance).accuracy.error, 0.3);
+  problem.f = TimeFunction::Constant(Vector::Ones(1));
+  problem.g = TimeFunction::Zero(1);
+  const Solution leaves = SolveAt(problem, kNoTolerance);
+  EXPECT_NEAR(leaves.x(0, leaves.x.cols() - 1), 1, 1e-14);
+  EXPECT_LT(leaves.accuracy.error, 1e-9);
+}
+
+// w = x1 = 1 + cos t - d falls below zero by d at t = π, where y holds it: x1 is d larger from there on, and x2, that
+// nothing else moves, is 1e10 d.
+TEST(NearConstraintsTest, FindsShallowContactsOrCountsThem) {
+  constexpr double kGain = 1e10;
+  for (const double depth : {1e-6, 1e-8, 1e-9, 1e-10, 1e-11}) {
+    for (const double tolerance : {1e-4, 1e-6, 1e-9}) {
+      Problem problem;
+      problem.A = Matrix{{0.0, 0.0}, {0.0, 0.0}};
+      problem.B = Matrix{{1.0}, {kGain}};
+      problem.N = Matrix{{1.0, 0.0}};
+      problem.M = Matrix{{0.0}};
+      problem.f = TimeFunction::Formulas({"-sin(t)", "0"});
+      problem.g = TimeFunction::Constant(Vector::Zero(1));
+      problem.x0 = Vector{{2 - depth, 0.0}};
+      problem.horizon = 8;
+      const Solution solution = SolveAt(problem, tolerance);
+      const double expected = kGain * (2 - problem.x0[0]);
+      const double error = std::abs(LastState(solution)[1] - expected) / expected;
+      EXPECT_LE(error, 3 * solution.accuracy.error) << "depth " << depth << ", tolerance " << tolerance;
+    }
+  }
 }
 
 // Between y = 0 and the solution that leaves it as e^{rate t} rounding decides, also where no step is as long as that

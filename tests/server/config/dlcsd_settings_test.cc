@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@
 namespace dlcs {
 namespace {
 
+using ::testing::AllOf;
 using testing::DlcsdProcess;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -155,6 +157,23 @@ TEST_F(DlcsdSettingsTest, DoesNotStartWithAStoreThatCannotBe) {
   const Ended told = RunDlcsd({"--listen", "127.0.0.1:0", "--store", "/no/such/folder/jobs.db"});
   EXPECT_EQ(told.exit_status, 2);
   EXPECT_THAT(told.errors, HasSubstr("the folder /no/such/folder must exist"));
+}
+
+TEST_F(DlcsdSettingsTest, DoesNotTakeAFileOfAnotherKindForItsStore) {
+  const std::string problem = folder_.File("problem.json");
+  for (const std::string& content : {std::string("{}"), std::string(5000, 'x')}) {
+    std::ofstream(problem, std::ios::trunc) << content;
+    const Ended told = RunDlcsd({"--listen", "127.0.0.1:0", "--store", problem});
+    EXPECT_EQ(told.exit_status, 2);
+    EXPECT_THAT(told.errors, AllOf(HasSubstr("--store " + problem), HasSubstr("no SQLite database")));
+    std::ostringstream left;
+    left << std::ifstream(problem).rdbuf();
+    EXPECT_EQ(left.str(), content);
+    EXPECT_FALSE(std::filesystem::exists(problem + ".lock"));
+  }
+  const std::string empty = folder_.File("empty.db");
+  std::ofstream(empty).flush();
+  EXPECT_EQ(RunDlcsd({"--check-config", "--store", empty}).exit_status, 0);
 }
 
 // The second server would continue the jobs that the first one is running.

@@ -26,6 +26,7 @@
 #include "proto/wire/content_hash.h"
 #include "server/access/forwarded_caller.h"
 #include "server/access/token.h"
+#include "server/gateway/rpc_gateway.h"
 #include "tests/server/access/all_methods.h"
 #include "tests/server/dlcsd_process.h"
 #include "tests/server/http/http_client.h"
@@ -259,6 +260,14 @@ TEST_F(WebPortTest, ErrorsHaveCodeFieldAndRule) {
   ASSERT_EQ(web.size(), 1u);
   EXPECT_THAT(web[0].data, HasSubstr("grpc-status: 3\r\n"));
   EXPECT_THAT(web[0].data, HasSubstr("grpc-status-details-bin: "));
+}
+
+// Also those of a file of the contract that comes later.
+TEST(RpcGatewayTest, KnowsThePathsOfTheWholeContract) {
+  std::vector<std::string> contract = testing::PathsOfAllMethods();
+  std::erase_if(contract, [](const std::string& path) { return !path.starts_with("/dlcs.v1."); });
+  EXPECT_GT(contract.size(), 12u);
+  EXPECT_THAT(RpcGateway::MethodPaths(), ::testing::UnorderedElementsAreArray(contract));
 }
 
 TEST_F(WebPortTest, RefusesWhatAProtocolCannotDo) {

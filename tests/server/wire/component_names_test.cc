@@ -199,6 +199,17 @@ TEST(ProblemParametersTest, ReachMatricesAndFormulas) {
   EXPECT_EQ(value[0], 0.5);
 }
 
+// Outputs are shown in place of states and pairs, so "vC" may be the one or the other.
+TEST(ProblemOutputsTest, MayHaveTheNamesOfStatesAndPairs) {
+  v1::Problem problem = Circuit();
+  for (const char* name : {"vC", "D1", "t"}) problem.mutable_outputs()->add_names(name);
+  std::vector<Violation> violations;
+  const Problem read = ProblemFromProto(problem, violations);
+  EXPECT_THAT(violations, IsEmpty());
+  EXPECT_THAT(Validate(read), IsEmpty());
+  EXPECT_EQ(read.outputs.names.size(), 3u);
+}
+
 TEST(ProblemParametersTest, OfAMemberChangeItsFormulasButNoMatrix) {
   v1::EnsembleMember member;
   *member.add_parameters() = Parameter("amplitude", 3);

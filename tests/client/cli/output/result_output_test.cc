@@ -153,6 +153,10 @@ TEST(ResultNamesTest, OfColumnsCanBeToldApart) {
             "t,output:t,label\n");
   EXPECT_EQ(header([](const DisplayNames& names, std::FILE* out) { PrintMemberCsvHeader(names, 2, 1, out); }),
             "member,label,t,output:t,output:label\n");
+  // One with the name of a state stands in its place.
+  result.names = {{"iL", "vC"}, {"D1"}, {"D1", "iL"}};
+  EXPECT_EQ(header([](const DisplayNames& names, std::FILE* out) { PrintCsvHeader(names, 2, 1, true, out); }),
+            "t,D1,iL\n");
   result.names = {{"label", "x2"}, {}};
   EXPECT_EQ(header([](const DisplayNames& names, std::FILE* out) { PrintMemberCsvHeader(names, 2, 1, out); }),
             "member,label,t,x:label,x2,y1,w1\n");
