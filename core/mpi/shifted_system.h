@@ -32,7 +32,7 @@ void SumOverRanks(Eigen::Ref<Eigen::MatrixXcd> values, MpiTeam& team);
 class ShiftedSystem {
  public:
   using Complex = std::complex<double>;
-  static constexpr Index kRestart = 40;
+  static constexpr Index kRestart = 24;
 
   // The rows of this rank, with all columns; `E` with 0 rows stands for the identity.
   ShiftedSystem(const RowMajorMatrix& A, const RowMajorMatrix& E, bool is_symmetric, const Ownership& rows,
