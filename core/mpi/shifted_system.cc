@@ -92,7 +92,7 @@ bool ShiftedSystem::Solve(Complex z, const Eigen::VectorXcd& b, double tolerance
   Eigen::VectorXcd w = b;
   Precondition(w);
   double size = Norm(w), size_of_x = size, before = std::numeric_limits<double>::infinity();
-  error_ = size > 0 ? 1 : 0;
+  error_ = size == 0 ? 0 : 1;  // 1 where it is no number, which no cycle changes
   for (int cycle = 0; cycle < kMostCycles && error_ > tolerance && size < kProgress * before; ++cycle) {
     before = size;
     // ‖x‖ is not much less than ‖M b‖, which it is compared with in the first cycle.
