@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <charconv>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -34,13 +35,20 @@ namespace {
 // The command with which dlcsd starts ranks (server/solve_jobs/rank_launcher.cc).
 constexpr std::string_view kRunJob = "attend";
 
+constexpr std::string_view kRanksPerGroup = "--ranks-per-group";
+// The same for jobs, whose command line is that of dlcsd.
+constexpr const char* kRanksPerGroupOfJobs = "DLCS_MPI_RANKS_PER_GROUP";
+
 constexpr const char* kUsage =
-    "Usage: mpirun -n RANKS dlcs-mpi [--ranks N] [--volume] solve PROBLEM [OPTION...]\n"
+    "Usage: mpirun -n RANKS dlcs-mpi [--ranks N] [--ranks-per-group G] [--volume] solve PROBLEM [OPTION...]\n"
     "       mpirun -n RANKS dlcs-mpi [--ranks N] [--volume] ensemble PROBLEM [MEMBERS] [OPTION...]\n"
     "\n"
     "Solves as `dlcs solve` and `dlcs ensemble` do, with their options, output and exit codes, on all ranks together.\n"
     "\n"
     "  --ranks N  Refuse a world of MPI that does not have N ranks; also DLCS_MPI_RANKS\n"
+    "  --ranks-per-group G\n"
+    "             With --propagator contour: groups of G ranks share the nodes, and the ranks of a group the rows of\n"
+    "             states. 1, the default: each rank factors whole matrices\n"
     "  --volume   Print at the end how much each rank has sent\n"
     "\n"
     "The ranks share the work of two propagators, --propagator contour (few pairs) and iterative-stepping\n"
@@ -48,10 +56,11 @@ constexpr const char* kUsage =
     "`dlcs solve --help` and `dlcs ensemble --help` list the options.\n"
     "\n"
     "`dlcs-mpi attend` is for dlcsd --mpi-launcher, which starts it; it reads the address of dlcsd from the\n"
-    "environment.\n";
+    "environment, and DLCS_MPI_RANKS_PER_GROUP.\n";
 
 struct Arguments {
   int ranks = 0;  // expected; 0: any number
+  int ranks_per_group = 1;
   bool volume = false;
   bool help = false;
   bool runs_job = false;  // of dlcsd
@@ -75,6 +84,12 @@ Arguments Read(int argc, char** argv) {
     arguments.ranks = RanksIn(ranks);
     if (arguments.ranks == 0) arguments.error = fmt::format("{} {}: not a number of ranks from 1 on", from, ranks);
   };
+  const auto set_ranks_per_group = [&](std::string_view ranks) {
+    arguments.ranks_per_group = RanksIn(ranks);
+    if (arguments.ranks_per_group == 0) {
+      arguments.error = fmt::format("{} {}: not a number of ranks from 1 on", kRanksPerGroup, ranks);
+    }
+  };
   if (const char* ranks = std::getenv("DLCS_MPI_RANKS")) set_ranks("DLCS_MPI_RANKS", ranks);
   int k = 1;
   for (; k < argc && argv[k][0] == '-' && arguments.error.empty(); ++k) {
@@ -85,6 +100,12 @@ Arguments Read(int argc, char** argv) {
       set_ranks(option, argv[++k]);
     } else if (option.starts_with("--ranks=")) {
       set_ranks("--ranks", option.substr(std::string_view("--ranks=").size()));
+    } else if (option == kRanksPerGroup && k + 1 == argc) {
+      arguments.error = "--ranks-per-group: give the number of ranks behind it";
+    } else if (option == kRanksPerGroup) {
+      set_ranks_per_group(argv[++k]);
+    } else if (option.starts_with(kRanksPerGroup) && option[kRanksPerGroup.size()] == '=') {
+      set_ranks_per_group(option.substr(kRanksPerGroup.size() + 1));
     } else if (option == "--volume") {
       arguments.volume = true;
     } else if (option == "--help" || option == "-h") {
@@ -101,6 +122,9 @@ Arguments Read(int argc, char** argv) {
   if (!arguments.runs_job && !arguments.is_ensemble && command != "solve") {
     arguments.error =
         fmt::format("{}: no command of dlcs-mpi; it has solve and ensemble, and dlcs has the others", command);
+  }
+  if (arguments.runs_job && arguments.ranks_per_group > 1) {
+    arguments.error = fmt::format("{}: of solve; jobs have {}", kRanksPerGroup, kRanksPerGroupOfJobs);
   }
   arguments.argv.insert(arguments.argv.end(), argv + k, argv + argc);
   return arguments;
@@ -124,6 +148,30 @@ std::string WhyNot(const EnsembleCommand& command) {
   if (command.detach) return "--detach: creates a job on a server, which dlcs ensemble does";
   if (command.members_path == "-") return "standard input reaches one rank only; give a file that all ranks can read";
   return WhyNot(command.solve);
+}
+
+// Why groups do not serve such a command; empty if they do.
+std::string WhyNoGroups(const SolveCommand& command) {
+  if (command.options.propagator() == v1::PROPAGATOR_KIND_CONTOUR) return "";
+  return "groups share the nodes of contours; add --propagator contour";
+}
+
+std::string WhyNoGroups(const EnsembleCommand& /*command*/) {
+  return "each member of an ensemble is solved by one rank";
+}
+
+// Called by all ranks, which make groups if they can. Otherwise returns why not. 0 stands for what is no number.
+std::string MakeGroups(int ranks_per_group, MpiWorld& world) {
+  constexpr int kNotCompared = 32;  // bits of a hash
+  if (!world.team().IsSame(static_cast<std::uint64_t>(ranks_per_group) << kNotCompared)) {
+    return "the number is not the same in all ranks";
+  }
+  if (ranks_per_group == 0) return "not a number of ranks from 1 on";
+  if (world.size() % ranks_per_group != 0) {
+    return fmt::format("must divide the number of ranks, which is {}", world.size());
+  }
+  if (ranks_per_group > 1) world.team().MakeGroups(ranks_per_group);
+  return "";
 }
 
 void SetDefaultsForRanks(SolveCommand& command) {
@@ -158,9 +206,16 @@ int Solve(EnsembleCommand& command, MpiWorld& world) {
 int Solve(const Arguments& arguments, MpiWorld& world) {
   ParsedCommandLine parsed = ParseCommandLine(static_cast<int>(arguments.argv.size()), arguments.argv.data());
   if (const auto* code = std::get_if<ExitCode>(&parsed)) return *code;
-  const auto solve = [&world](auto& command) -> int {
+  const auto solve = [&](auto& command) -> int {
     if (const std::string why = WhyNot(command); !why.empty()) {
       return PrintError(absl::InvalidArgumentError(why), kBadInput);
+    }
+    const int ranks_per_group = arguments.ranks_per_group;
+    std::string why = ranks_per_group > 1 ? WhyNoGroups(command) : "";
+    if (why.empty()) why = MakeGroups(ranks_per_group, world);
+    if (!why.empty()) {
+      return PrintError(absl::InvalidArgumentError(fmt::format("{} {}: {}", kRanksPerGroup, ranks_per_group, why)),
+                        kBadInput);
     }
     return Solve(command, world);
   };
@@ -222,9 +277,17 @@ int CatchErrors(const Work& work) {
   }
 }
 
+// Why the ranks are not those for a job; empty if they are.
+std::string PrepareForJob(MpiWorld& world, int expected_ranks) {
+  if (std::string why = world.WhyNot(expected_ranks); !why.empty()) return why;
+  const char* const of_groups = std::getenv(kRanksPerGroupOfJobs);
+  const std::string why = MakeGroups(of_groups ? RanksIn(of_groups) : 1, world);
+  return why.empty() ? "" : fmt::format("{} {}: {}", kRanksPerGroupOfJobs, of_groups ? of_groups : "", why);
+}
+
 int RunJob(MpiWorld& world, int expected_ranks) {
   const auto explain = [&] { fmt::print(stderr, "dlcs-mpi: rank {} failed where others did not\n", world.rank()); };
-  const auto run = [&] { return RunRankJob(world, world.WhyNot(expected_ranks)); };
+  const auto run = [&] { return RunRankJob(world, PrepareForJob(world, expected_ranks)); };
   return world.RunTogether([&] { return CatchErrors(run); }, explain);
 }
 

@@ -124,17 +124,20 @@ absl::StatusOr<SolveHooks> HooksForRanks(const SolveCommand& command, MpiTeam& t
   SolveHooks hooks;
   LocalHooks of_backend;
   of_backend.check = [&team](const v1::SolveRequest& request) { return CheckSameRequest(request, team); };
-  if (!StepsIteratively(command.options) || !HaveSameText(command.problem_path, team)) {
+  const bool in_groups = team.group() != nullptr && command.options.propagator() == v1::PROPAGATOR_KIND_CONTOUR;
+  MpiTeam& readers = in_groups ? *team.group() : team;
+  if (!(in_groups || StepsIteratively(command.options)) || !HaveSameText(command.problem_path, team)) {
     hooks.backend = std::make_unique<LocalBackend>(std::move(of_backend));
     return hooks;
   }
   if (!team.Any(!MayStayWithRanks(command))) team.KeepTrajectories();
   const auto operators = std::make_shared<Operators>();
-  hooks.matrix_files = [&team, operators](const std::string& place,
-                                          const std::string& path) -> std::optional<absl::StatusOr<v1::Matrix>> {
+  hooks.matrix_files = [&team, &readers, operators](
+                           const std::string& place,
+                           const std::string& path) -> std::optional<absl::StatusOr<v1::Matrix>> {
     if (place != "A" && place != "B" && place != "N") return std::nullopt;
     if (team.Any(!IsReadByRows(path))) return std::nullopt;
-    auto matrix = ReadByRows(path, team);
+    auto matrix = ReadByRows(path, readers);
     if (!matrix.ok()) return matrix.status();
     operators->insert_or_assign(place, *matrix);
     return StandIn(**matrix);

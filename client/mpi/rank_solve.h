@@ -12,10 +12,11 @@ namespace dlcs::client {
 
 // The hooks of a solve on all ranks. Called by all ranks.
 //
-// If the command requests iterative steps, which ranks share by rows, A, B and N in Matrix Market or PETSc files are
-// read by rows (client/mpi/row_files.h). If also the steps are given, the error is not estimated and the result is an
-// HDF5 file, the trajectory remains distributed, and all ranks write it together. Everything else is read by every
-// rank, and written by the first one. Ranks that read different problems refuse to solve them.
+// A, B and N in Matrix Market or PETSc files are read by rows (client/mpi/row_files.h) if the command requests
+// iterative steps, whose rows all ranks share, or a contour with groups of ranks, each of which shares the rows. If
+// iterative steps are requested and given, the error is not estimated and the result is an HDF5 file, the trajectory
+// remains distributed, and all ranks write it together. Everything else is read by every rank, and written by the first
+// one. Ranks that read different problems refuse to solve them.
 //
 // Errors: InvalidArgument, on all ranks, if they have different options.
 absl::StatusOr<SolveHooks> HooksForRanks(const SolveCommand& command, MpiTeam& team);

@@ -45,8 +45,12 @@ class MpiStepper final : public SegmentStepper {
     Vector whole_x = Collect(x, states_, team_), whole_y = Collect(y, pairs_, team_);
     const Vector whole_g = Collect(g, pairs_, team_);
     if (!dlcs::StartInterval(whole_, time, whole_g, whole_x, whole_y, y_is_solution)) return false;
-    x = whole_x(states_.rows(team_.rank()));
-    y = whole_y(pairs_.rows(team_.rank()));
+    const auto take = [this](const Vector& whole, const Ownership& owners, Eigen::Ref<Vector> own) {
+      Index i = 0;
+      for (const Index row : owners.rows(team_.rank())) own[i++] = whole[row];
+    };
+    take(whole_x, states_, x);
+    take(whole_y, pairs_, y);
     return true;
   }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/mpi/mpi_steps.h"
+#include "core/mpi/rank_groups.h"
 
 namespace dlcs {
 
@@ -15,6 +16,12 @@ MpiTeam::MpiTeam(MPI_Comm communicator) : communicator_(communicator) {
 }
 
 MpiTeam::~MpiTeam() = default;
+
+NodeSolverGroups* MpiTeam::node_solver_groups() { return groups_.get(); }
+
+void MpiTeam::MakeGroups(int ranks_per_group) { groups_ = std::make_unique<RankGroups>(*this, ranks_per_group); }
+
+MpiTeam* MpiTeam::group() { return groups_ ? &groups_->group() : nullptr; }
 
 void MpiTeam::Share(int owner, double* values, Index count) {
   constexpr Index kAtOnce = Index{1} << 27;  // counts of MPI are int

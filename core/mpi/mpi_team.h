@@ -17,6 +17,8 @@
 
 namespace dlcs {
 
+class RankGroups;
+
 class MpiTeam final : public Team {
  public:
   explicit MpiTeam(MPI_Comm communicator);
@@ -30,6 +32,13 @@ class MpiTeam final : public Team {
   // in all, from the next Share() or Gather() on.
   std::stop_token Agreed(std::stop_token own);
   DistributedSteps* distributed_steps() override { return steps_.get(); }
+  NodeSolverGroups* node_solver_groups() override;
+
+  // From now on groups of so many ranks, more than one, share the nodes of contours (core/mpi/rank_groups.h). It
+  // divides the number of ranks. Called by all ranks.
+  void MakeGroups(int ranks_per_group);
+  // That of this rank; null without MakeGroups().
+  MpiTeam* group();
 
   // The text of each rank, by rank, on the first one; none on others.
   std::vector<std::string> CollectTexts(const std::string& own);
@@ -53,6 +62,7 @@ class MpiTeam final : public Team {
   std::stop_token wanted_;  // in this process
   std::stop_source agreed_;
   std::unique_ptr<DistributedSteps> steps_;
+  std::unique_ptr<RankGroups> groups_;
   bool keeps_trajectories_ = false;
   std::optional<TrajectoryParts> trajectory_;
 };

@@ -12,6 +12,7 @@
 namespace dlcs {
 
 class DistributedSteps;
+class NodeSolverGroups;
 
 // Every process of a team runs the same code on the same problem, and so makes the same decisions; where work is worth
 // dividing, each does a part of it, and all get the result. This class is a process alone; core/mpi has one with MPI.
@@ -47,6 +48,9 @@ class Team {
 
   // Iterative steps with rows distributed over the team; null if there are none.
   virtual DistributedSteps* distributed_steps() { return nullptr; }
+  // Groups of processes that share the nodes of a contour, each with rows distributed over its processes; null where
+  // each process is alone with a node.
+  virtual NodeSolverGroups* node_solver_groups() { return nullptr; }
 
   static Team& Alone();
   // That of this thread; Alone() if there is none.

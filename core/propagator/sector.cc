@@ -6,6 +6,7 @@
 #include <complex>
 #include <limits>
 
+#include "core/format_number.h"
 #include "core/laplace/range_contour.h"
 #include "core/linalg/sparse/sparse_factor.h"
 
@@ -61,15 +62,16 @@ class SectorProof {
 };
 
 // Returns the narrowest angle with this shift, to 0.05, or nothing if it is beyond the widest.
-std::optional<double> NarrowestAngle(SectorProof& proof, double shift) {
+std::optional<double> NarrowestAngle(const std::function<bool(double, double)>& holds, bool is_symmetric,
+                                     double shift) {
   constexpr double kStep = 0.05;
   constexpr int kWidest = 27;
-  if (!proof.Holds(kWidest * kStep, shift)) return std::nullopt;
-  if (proof.is_symmetric()) return 0;
+  if (!holds(kWidest * kStep, shift)) return std::nullopt;
+  if (is_symmetric) return 0;
   int low = 0, high = kWidest;  // fails, holds
   while (high - low > 1) {
     const int middle = (low + high) / 2;
-    (proof.Holds(middle * kStep, shift) ? high : low) = middle;
+    (holds(middle * kStep, shift) ? high : low) = middle;
   }
   return high * kStep;
 }
@@ -77,23 +79,38 @@ std::optional<double> NarrowestAngle(SectorProof& proof, double shift) {
 }  // namespace
 
 std::optional<Sector> FindSector(const SparseMatrix& A, double horizon, const SparseMatrix& E) {
-  constexpr double kShifts[] = {0, 0.5, 1.5, 3};  // over the horizon each costs a factor of e^σ in rounding
-  constexpr Index kFewNodes = 160;                // not worth a search for less
   SectorProof proof(A, E);
   if (!proof.has_inner_product()) return std::nullopt;
+  const auto holds = [&proof](double angle, double shift) { return proof.Holds(angle, shift); };
+  auto sector = FindSector(holds, proof.is_symmetric(), horizon);
+  if (sector) sector->factor_nonzeros = proof.factor_nonzeros();
+  return sector;
+}
+
+std::optional<Sector> FindSector(const std::function<bool(double angle, double shift)>& holds, bool is_symmetric,
+                                 double horizon) {
+  constexpr double kShifts[] = {0, 0.5, 1.5, 3};  // over the horizon each costs a factor of e^σ in rounding
+  constexpr Index kFewNodes = 160;                // not worth a search for less
   std::optional<Sector> best;
   Index fewest = std::numeric_limits<Index>::max();
   for (const double growth : kShifts) {
     const double shift = growth / horizon;
-    const auto angle = NarrowestAngle(proof, shift);
+    const auto angle = NarrowestAngle(holds, is_symmetric, shift);
     if (!angle) continue;
     const auto contour = FindSectorContour(horizon / kRatio, horizon, kAccuracy, *angle, shift);
     if (!contour || contour->hyperbola.nodes >= fewest) continue;
     fewest = contour->hyperbola.nodes;
-    best = Sector{.angle = *angle, .shift = shift, .factor_nonzeros = proof.factor_nonzeros()};
+    best = Sector{.angle = *angle, .shift = shift};
     if (fewest <= kFewNodes) break;
   }
   return best;
+}
+
+std::string WhyNoSector(bool has_mass, double horizon) {
+  const std::string of = has_mass ? "the pencil (A, E), whose E must be symmetric positive definite," : "A";
+  return "no sector holds the field of values of " + of +
+         " that is narrow enough for a contour up to T = " + FormatNumber(horizon) +
+         ": solutions grow too much, or oscillate too fast for their decay";
 }
 
 }  // namespace dlcs

@@ -4,7 +4,9 @@
 #ifndef DLCS_CORE_PROPAGATOR_SECTOR_H_
 #define DLCS_CORE_PROPAGATOR_SECTOR_H_
 
+#include <functional>
 #include <optional>
+#include <string>
 
 #include "core/linalg/structured_matrix.h"
 
@@ -33,6 +35,14 @@ struct Sector {
 // too much, or oscillate too fast for their decay.
 // Cost: some ten factorizations.
 std::optional<Sector> FindSector(const SparseMatrix& A, double horizon, const SparseMatrix& E = {});
+
+// The same by another proof: `holds` tells whether a wedge holds the field of values. For a symmetric A its angle is 0
+// in the result, whatever it was asked for.
+std::optional<Sector> FindSector(const std::function<bool(double angle, double shift)>& holds, bool is_symmetric,
+                                 double horizon);
+
+// Why there is none.
+std::string WhyNoSector(bool has_mass, double horizon);
 
 }  // namespace dlcs
 

@@ -316,6 +316,24 @@ class MpiJobsTest(unittest.TestCase):
         self.assertEqual(self.server.end(name, 15)["state"], "JOB_STATE_CANCELLED")
         wait_until(lambda: not any(map(is_alive, ranks)), 5)
 
+    def test_groups_of_ranks_stop_after_a_node(self):
+        with Server(launcher="env DLCS_MPI_RANKS_PER_GROUP=2 " + LAUNCHER) as server:
+            options = ["--method", "laplace-iteration", "--propagator", "contour", "--steps", "200", "--at", "1"]
+            name = server.submit(wall(8), *options)
+            ranks = wait_until(lambda: len(found := server.ranks()) == 2 and found)
+            time.sleep(1)
+            server.dlcs("cancel", name)
+            self.assertEqual(server.end(name, 15)["state"], "JOB_STATE_CANCELLED")
+            wait_until(lambda: not any(map(is_alive, ranks)), 5)
+            # It is the ranks that say so, where they were not ended.
+            self.assertEqual(server.events(name)[-1]["summary"]["termination"], "TERMINATION_CANCELLED")
+
+    def test_groups_that_do_not_divide_the_ranks_are_refused(self):
+        with Server(launcher="env DLCS_MPI_RANKS_PER_GROUP=3 " + LAUNCHER) as server:
+            job = server.end(server.submit(wall(8), *SOME))
+            self.assertEqual(job["state"], "JOB_STATE_FAILED")
+            self.assertIn("DLCS_MPI_RANKS_PER_GROUP 3: must divide the number of ranks, which is 2", str(job))
+
     def test_cancelled_where_ranks_hang(self):
         for hangs in (0, 1):
             name = self.server.submit(wall(16), *LONG)

@@ -44,8 +44,9 @@ def path(name):
     return str(pathlib.Path(FOLDER.name) / name)
 
 
-def run(command, **kwargs):
-    return subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=300, check=False, **kwargs)
+def run(command, environment=None, **kwargs):
+    environment = environment or ENVIRONMENT
+    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300, check=False, **kwargs)
 
 
 def model(name, *options):
@@ -97,11 +98,42 @@ def column(width, height):
     return file
 
 
+def plate(name, side, matrix=lambda A: A, matrix_form=None, **changes):
+    """Heat in a square of side × side points with two pairs and one source for all states."""
+    second = scipy.sparse.diags([1, -2, 1], [-1, 0, 1], shape=(side, side)) * 0.02 * (side + 1) ** 2
+    one = scipy.sparse.identity(side)
+    A = matrix(scipy.sparse.kron(second, one) + scipy.sparse.kron(one, second)).tocsr()
+    size, pairs = side * side, 2
+    at = [side * (side // 3) + side // 4, side * (side // 2) + side // 2]
+    problem = {
+        "A": matrix_form(A) if matrix_form else entries_of(A),
+        "B": {"rows": size, "columns": pairs, "entries": sorted([state, k, 20.0] for k, state in enumerate(at))},
+        "N": {"rows": pairs, "columns": size, "entries": [[k, state, 1.0] for k, state in enumerate(at)]},
+        "M": {"rows": pairs, "columns": pairs, "entries": [[k, k, 0.1] for k in range(pairs)]},
+        "f": {"matrix": {"rows": size, "columns": 1, "entries": [[i, 0, 1.0] for i in range(size)]},
+              "of": ["-4*sin(6*t)"]},
+        "g": ["0.1*cos(3*t)"] * pairs,
+        "x0": [0.1] * size,
+        "T": 1,
+        **changes,
+    }
+    with open(path(name), "w", encoding="utf-8") as file:
+        json.dump(problem, file)
+    return path(name)
+
+
+def entries_of(matrix):
+    """The form of problem files for a sparse matrix."""
+    by_row = matrix.tocsr().tocoo()
+    entries = [[int(i), int(j), float(value)] for i, j, value in zip(by_row.row, by_row.col, by_row.data)]
+    return {"rows": matrix.shape[0], "columns": matrix.shape[1], "entries": entries}
+
+
 class Result:
     """The output of a solve, and its exit code."""
 
-    def __init__(self, command, file):
-        done = run([*command, "--format", "json", "--output", file])
+    def __init__(self, command, file, environment=None):
+        done = run([*command, "--format", "json", "--output", file], environment)
         self.code, self.errors = done.returncode, done.stderr
         if not os.path.exists(file):
             raise AssertionError(f"{command}: {done.returncode} {done.stderr}")
@@ -119,7 +151,9 @@ def solve(problem, *options):
 
 def solve_on(ranks, problem, *options, own=()):
     command = [*LAUNCHER, "-n", str(ranks), str(DLCS_MPI), "--ranks", str(ranks), *own, "solve", problem, *options]
-    return Result(command, path("many.json"))
+    # Two ranks that multiply small matrices together wait for microseconds: they need not yield.
+    spins = {**ENVIRONMENT, "OMPI_MCA_mpi_yield_when_idle": "0"} if ranks == 2 and "--ranks-per-group" in own else None
+    return Result(command, path("many.json"), spins)
 
 
 def sparse(form):
@@ -385,6 +419,90 @@ class MpiTest(unittest.TestCase):
 
     def test_steps_with_the_nodes_of_a_contour_shared(self):
         self.contour_agrees(wall(8), "--method", "exponential-integrator", "--steps", "40", "--at", "0:0.25:1")
+
+    # Few pairs, by groups of ranks that share rows.
+
+    CONTOUR = ["--propagator", "contour", "--no-estimate-error"]
+    WINDOWS = [*CONTOUR, "--method", "laplace-iteration", "--steps", "20"]
+    FEW_NODES = [*CONTOUR, "--method", "laplace-iteration", "--steps", "4", "--at", "0.5"]
+
+    def groups_agree(self, problem, options, worlds=((2, 2),)):
+        """Returns the results of each (ranks, ranks per group)."""
+        one = solve(problem, *options)
+        self.assertGreater(np.abs(one.trajectory["y"]).max(), 0)
+        results = []
+        for ranks, of_group in worlds:
+            with self.subTest(problem=problem, ranks=ranks, ranks_per_group=of_group):
+                many = solve_on(ranks, problem, *options, own=["--ranks-per-group", str(of_group)])
+                self.agree(one, many)
+                self.certificates_agree(one, many)
+                self.assertEqual(many.propagator["used"], "PROPAGATOR_KIND_CONTOUR")
+                self.assertEqual(one.propagator["terms"], many.propagator["terms"])
+                # No rank factors.
+                self.assertEqual(int(many.propagator["factorizations"]), 0)
+                self.assertGreater(int(many.propagator["linear_iterations"]), 0)
+                results.append(many)
+        return results
+
+    def test_groups_of_ranks_agree_with_one_process(self):
+        small = plate("small-plate.json", 4)  # four ranks on two processors take a while for each message
+        two, four = self.groups_agree(small, self.FEW_NODES, worlds=((2, 2), (4, 2)))
+        # The blocks of a node depend on the ranks of its group alone.
+        self.assertTrue((two.trajectory["y"] == four.trajectory["y"]).all())
+        self.assertEqual(two.propagator["linear_iterations"], four.propagator["linear_iterations"])
+        again = solve_on(2, small, *self.FEW_NODES, own=["--ranks-per-group", "2"])
+        for key in ("x", "y", "w"):
+            self.assertTrue((two.trajectory[key] == again.trajectory[key]).all(), key)
+
+    def test_groups_of_ranks_with_convection(self):
+        def with_wind(A):
+            side = math.isqrt(A.shape[0])
+            first = scipy.sparse.diags([-1, 1], [-1, 1], shape=(side, side)) * 0.1 * (side + 1)
+            return A + scipy.sparse.kron(scipy.sparse.identity(side), first)
+
+        options = [*self.CONTOUR, "--method", "exponential-integrator", "--steps", "20", "--at", "0.5"]
+        self.groups_agree(plate("wind.json", 12, with_wind), options)
+
+    def test_groups_of_ranks_with_a_mass_matrix(self):
+        side = 18  # smaller ones are multiplied by its inverse
+        weights = scipy.sparse.diags([1, 4, 1], [-1, 0, 1], shape=(side, side)) / 6
+        E = entries_of(scipy.sparse.kron(weights, scipy.sparse.identity(side)))
+        # More output times than columns.
+        self.groups_agree(plate("mass-plate.json", side, E=E), [*self.WINDOWS, "--at", "0.1:0.1:1"])
+
+    def test_groups_read_their_rows(self):
+        by_rows = plate("by-rows-plate.json", 12, matrix_form=lambda A: write_petsc("plate.petsc", A))
+        options = [*self.WINDOWS, "--at", "0.5"]
+        whole, rows = (
+            solve_on(2, file, *options, own=["--ranks-per-group", "2"]) for file in (plate("plate.json", 12), by_rows)
+        )
+        for key in ("x", "y", "w"):
+            self.assertTrue((whole.trajectory[key] == rows.trajectory[key]).all(), key)
+
+    def test_groups_that_cannot_be_are_refused(self):
+        words = ["solve", plate("plate.json", 12), *self.WINDOWS]
+        groups = ["--ranks-per-group"]
+        two, three = ([*LAUNCHER, "-n", str(ranks), str(DLCS_MPI)] for ranks in (2, 3))
+        self.refused([*three, *groups, "2", *words], "--ranks-per-group 2: must divide the number of ranks, which is 3")
+        self.refused([*two, *groups, "two", *words], "--ranks-per-group two: not a number of ranks from 1 on")
+        self.refused([*two, *groups, "2", "solve", wall(8), *ITERATIVE], "--ranks-per-group 2:", "--propagator contour")
+        members = str(PROJECT / "deploy/examples/rectifier-members.json")
+        self.refused([*two, *groups, "2", "ensemble", RECTIFIER, members], "--ranks-per-group 2:", "one rank")
+        each = ["-n", "1", str(DLCS_MPI), *groups]
+        self.refused([*LAUNCHER, *each, "1", *words, ":", *each, "2", *words], "not the same in all ranks")
+
+    def test_sectors_that_are_not_proven_by_rows_are_refused(self):
+        # A mixed derivative: entries off the diagonal have both signs, and are larger together than those on it.
+        def twisted(A):
+            side = math.isqrt(A.shape[0])
+            mixed = scipy.sparse.diags([-1, 1], [-1, 1], shape=(side, side)) * 0.1 * (side + 1)
+            return A + 0.8 * scipy.sparse.kron(mixed, mixed)
+
+        words = ["solve", plate("twisted.json", 12, twisted), *self.WINDOWS, "--at", "0.5"]
+        self.assertEqual(run([str(DLCS), *words]).returncode, 0)
+        done = run([*LAUNCHER, "-n", "2", str(DLCS_MPI), "--ranks-per-group", "2", *words])
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("without a factorization", " ".join(done.stdout.split()))
 
     # Promises of the README.
 

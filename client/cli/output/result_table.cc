@@ -222,8 +222,10 @@ void PrintPropagator(const v1::Summary& summary, int width, std::FILE* out) {
   if (propagator.terms() > 0) text += ", " + Count(propagator.terms(), "term");
   if (propagator.factorizations() > 0) text += ", " + Count(propagator.factorizations(), "sparse factorization");
   if (propagator.linear_iterations() > 0) {
-    text += ", " + Count(propagator.linear_iterations(), "Krylov iteration") + ", " +
-            Count(propagator.set_changes(), "change") + " of active sets";
+    text += ", " + Count(propagator.linear_iterations(), "Krylov iteration");
+  }
+  if (propagator.used() == v1::PROPAGATOR_KIND_ITERATIVE_STEPPING) {
+    text += ", " + Count(propagator.set_changes(), "change") + " of active sets";
   }
   if (propagator.error() > 0) text += fmt::format(", error {:.1e}", propagator.error());
   if (!propagator.reason().empty()) text += ": " + propagator.reason();
