@@ -168,12 +168,13 @@ bool EventDrivenLoop::IsStuck() {
 
 // Proposes the next mode that y is determined in.
 EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
-  bool lost_least_element = false;
+  bool lost_least_element = false, was_solved = false;
   while (attempt_ < ModeSearch::kAttempts || TryAgainFromBelow()) {
     const bool trusts_guess = may_start_below_ && attempt_ % 2 == 0;
     const ModeSearch::Proposal proposal =
         search_.Find(t_, x_, magnitudes_.x_noise, SizesSoFar(), length_.value(), end - t_, attempt_++, trusts_guess);
     const bool solved = proposal.verdict == LcpStatus::kSolved;
+    was_solved = was_solved || solved;
     lost_least_element = lost_least_element || (solved && !proposal.kept_selection);
     mode_ = proposal.kept_selection ? proposal.mode : nullptr;
     if (mode_) {
@@ -183,6 +184,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
     why_coupled_ = solved ? "the active set does not determine y (relative degree above one)"
                           : "the coupled LCP that proposes an active set was not solved";
   }
+  if (!was_solved && (mode_ = search_.ModeAfterEvent(SizesSoFar()))) return Progressed::kYes;
   if (!lost_least_element) return Progressed::kNoMode;
   context_.FailLostLeastElement(t_);
   return Progressed::kFailed;

@@ -186,11 +186,18 @@ void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
   std::fill(basis_.begin(), basis_.end(), 0);
   for (const Index i : mode.active) basis_[i] = 1;
   basis_[guard] ^= 1;
+  after_event_ = basis_;
   if (history_.empty()) return;
   // At a fold the set with this guard is that between the folds, and a solution too.
   const Matrix& M = problem_.M.Dense();
   guess_.clear();
   if (SignOfDeterminant(M, basis_) * SignOfDeterminant(M, history_) >= 0) guess_ = basis_;
+}
+
+const Mode* ModeSearch::ModeAfterEvent(const DataSizes& sizes) {
+  if (after_event_.empty() || !history_.empty()) return nullptr;
+  const Mode* mode = ModeOf(IndicesOf(std::exchange(after_event_, {})), sizes);
+  return mode && mode->num_algebraic > 0 ? mode : nullptr;
 }
 
 void ModeSearch::Lasted(const Mode& mode) {

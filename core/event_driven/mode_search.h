@@ -59,6 +59,11 @@ class ModeSearch {
   // solution.
   void GuessAfter(const Mode& mode, Index guard);
 
+  // The mode of that active set, if it constrains the state; once after each event, for where no LCP has a solution: of
+  // a singular M only the product h N B tells pairs apart, and it is lost in M + h N B where h is short enough for fast
+  // states. Null if there is none.
+  const Mode* ModeAfterEvent(const DataSizes& sizes);
+
   // With the selection kHistory every search starts from the active set of the last mode that lasted: `mode` did. A
   // guess of GuessAfter() is taken until then where it is a solution itself, to rounding.
   void Lasted(const Mode& mode);
@@ -95,6 +100,7 @@ class ModeSearch {
   Basis basis_;
   Basis history_;                   // empty without kHistory
   Basis guess_;                     // empty where there is none
+  Basis after_event_;               // likewise
   Vector q_begin_, q_begin_noise_;  // N x0 + g; empty where it is of no use any more
   Vector y_, f_begin_, f_end_, g_, predicted_, q_, tolerance_;
   LegendreSeries f_;
