@@ -199,11 +199,8 @@ class MpiJobsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.server = Server()
+        cls.addClassCleanup(cls.server.__exit__)
         cls.expected = alone(wall(16), *SOME)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.server.__exit__()
 
     # Results.
 
