@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -100,15 +101,25 @@ Matrix DerivativeOf(const Problem& problem, const Jump& jump) {
   return identity + SolveMass(problem, problem.B * p);
 }
 
+// Solves LCP(q, M) from `basis`, by `solver`, which is made if needed and kept if it is small.
+LcpStatus SolveStart(const Problem& problem, const SolutionChoice& choice, std::unique_ptr<LcpSolver>& solver,
+                     const Vector& q, const Vector& tolerance, Basis& basis, Eigen::Ref<Vector> y) {
+  constexpr Index kSmall = 64;
+  if (!solver) solver = MakeLcpSolver(problem.M, choice);
+  const LcpStatus verdict = solver->Solve(q, tolerance, basis, y);
+  if (problem.num_constraints() > kSmall) solver.reset();
+  return verdict;
+}
+
 // Whether LCP(q, M) has a solution, for a positive semidefinite M.
-LcpStatus HasSolution(const SolveContext& context, const Vector& q, const Vector& tolerance) {
+LcpStatus HasSolution(SolveContext& context, const Vector& q, const Vector& tolerance) {
   if (context.matrix_class.zero) {
     if (!q.allFinite()) return LcpStatus::kNonFinite;
     return (q.array() >= -tolerance.array()).all() ? LcpStatus::kSolved : LcpStatus::kInfeasible;
   }
-  Basis basis(q.size(), 0);
+  context.last_basis.resize(static_cast<std::size_t>(q.size()), 0);
   Vector y = Vector::Zero(q.size());
-  return MakeLcpSolver(context.problem.M, Selection::kAny)->Solve(q, tolerance, basis, y);
+  return SolveStart(context.problem, Selection::kAny, context.any_solver, q, tolerance, context.last_basis, y);
 }
 
 // The selected solution of LCP(q, M); zero where there is none.
@@ -116,7 +127,7 @@ LcpStatus Select(SolveContext& context, const Vector& q, const Vector& tolerance
   const Problem& problem = context.problem;
   Basis basis(problem.num_constraints(), 0);
   ++context.solution.cost.lcps;
-  const LcpStatus verdict = MakeLcpSolver(problem.M, context.choice())->Solve(q, tolerance, basis, y);
+  const LcpStatus verdict = SolveStart(problem, context.choice(), context.selecting_solver, q, tolerance, basis, y);
   if (verdict != LcpStatus::kSolved) y.setZero();
   return verdict;
 }

@@ -5,6 +5,7 @@
 #define DLCS_CORE_CONTEXT_SOLVE_CONTEXT_H_
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -83,6 +84,10 @@ struct SolveContext {
 
   // Of a problem with limits of outputs.
   std::optional<LimitWatch> limit_watch = {};
+
+  // Solvers of LCP(q, M) at the starts of smooth intervals, of which a circuit has thousands; kept if they are small.
+  std::unique_ptr<LcpSolver> selecting_solver = {}, any_solver = {};
+  Basis last_basis = {};  // of any_solver
 
   // Set where `problem` holds the rows of this process alone, of a system that is distributed over the processes of
   // `team`; then with the most states and pairs of one of them, so that all take as many steps at once.
