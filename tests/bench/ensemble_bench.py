@@ -36,7 +36,7 @@ LEASE_MS = "3000"
 
 def write_members(path, begin, end, members):
     with open(path, "w") as file:
-        file.write("voltage\n")
+        file.write("x1\n")
         file.writelines(f"{9 * k / members!r}\n" for k in range(begin, end))
 
 
