@@ -151,8 +151,7 @@ std::vector<TransferValues> GroupNodes::Values(double step, const StepContours& 
   const auto share = [&](Index first, Index end) {
     for (Index p = first; p < end; ++p) {
       for (TransferValues& of_group : values) {
-        Eigen::MatrixXcd& value = of_group[static_cast<std::size_t>(p)];
-        groups_.peers().Share(static_cast<int>(p - first), reinterpret_cast<double*>(value.data()), 2 * value.size());
+        ShareMatrix(groups_.peers(), static_cast<int>(p - first), of_group[static_cast<std::size_t>(p)]);
       }
     }
   };
@@ -179,13 +178,7 @@ Matrix GroupNodes::States(double step, const StepContours& contours, const Matri
   if (!ForRounds(
           contours, visit, [](Index, Index) {}, stop))
     return Matrix::Zero(states_.size(), outputs);
-  Matrix own_states = Matrix::Zero(sum.rows(), outputs);
-  for (int peer = 0; peer < groups_.peers().size(); ++peer) {
-    Matrix of_peer = sum;
-    groups_.peers().Share(peer, of_peer.data(), of_peer.size());
-    own_states += of_peer;
-  }
-  return Collect(own_states, states_, groups_.group());
+  return Collect(SumOverTeam(groups_.peers(), sum), states_, groups_.group());
 }
 
 double GroupNodes::PredictBytes(double /*nodes*/) const { return bytes_; }

@@ -18,11 +18,6 @@ constexpr double kPartialSumBytes = 1e9;
 // The factors of zE - A: twice as many numbers as the Cholesky factor, complex, with their indices and some room.
 double FactorBytes(const Sector& sector) { return 1.3 * 2 * sector.factor_nonzeros * 20; }
 
-// To all processes, from the one that owns the part.
-void ShareMatrix(Team& team, Index part, Eigen::MatrixXcd& matrix) {
-  team.Share(team.OwnerOf(part), reinterpret_cast<double*>(matrix.data()), 2 * matrix.size());
-}
-
 }  // namespace
 
 std::unique_ptr<FactoredNodes> FactoredNodes::Create(const Problem& problem, const Options& options,
@@ -82,7 +77,8 @@ std::vector<TransferValues> FactoredNodes::Values(double step, const StepContour
   });
   if (stop.stop_requested()) values.clear();
   for (TransferValues& of_group : values) {
-    for (Index p = 0; p < contours.size(); ++p) ShareMatrix(team_, p, of_group[static_cast<std::size_t>(p)]);
+    for (Index p = 0; p < contours.size(); ++p)
+      ShareMatrix(team_, team_.OwnerOf(p), of_group[static_cast<std::size_t>(p)]);
   }
   return values;
 }
@@ -90,9 +86,8 @@ std::vector<TransferValues> FactoredNodes::Values(double step, const StepContour
 Matrix FactoredNodes::States(double step, const StepContours& contours, const Matrix& columns, Index outputs,
                              const Excitation& excite, Workers& workers, const std::stop_token& stop) {
   const Index m = columns.rows();
-  Matrix no_states = Matrix::Zero(m, outputs);
   const Index parts = 8.0 * kPartialSums * static_cast<double>(m * outputs) <= kPartialSumBytes ? kPartialSums : 1;
-  std::vector<Matrix> sums(static_cast<std::size_t>(parts), no_states);
+  std::vector<Matrix> sums(static_cast<std::size_t>(parts), Matrix::Zero(m, outputs));
   // The nodes that Values() gives to this process, whose factors may be kept.
   const Index stride = parts * team_.size();
   (few_workers_ ? *few_workers_ : workers).ForBlocks(parts, 1, [&](Index part, Index, Index) {
@@ -116,14 +111,7 @@ Matrix FactoredNodes::States(double step, const StepContours& contours, const Ma
     }
   });
   for (std::size_t part = 1; part < sums.size(); ++part) sums[0] += sums[part];
-  if (team_.is_alone()) return std::move(sums[0]);
-  Matrix states = std::move(no_states);
-  for (int rank = 0; rank < team_.size(); ++rank) {
-    Matrix of_rank = sums[0];
-    team_.Share(rank, of_rank.data(), of_rank.size());
-    states += of_rank;
-  }
-  return states;
+  return team_.is_alone() ? std::move(sums[0]) : SumOverTeam(team_, sums[0]);
 }
 
 double FactoredNodes::PredictBytes(double nodes) const {

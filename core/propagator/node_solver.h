@@ -12,6 +12,7 @@
 
 #include "core/linalg/structured_matrix.h"
 #include "core/parallel/parallel.h"
+#include "core/parallel/team.h"
 #include "core/problem/options.h"
 #include "core/problem/problem.h"
 #include "core/problem/solution.h"
@@ -22,6 +23,22 @@ namespace dlcs {
 
 // Columns of a lift that are solved for with those of B; of wider ones the rank of ψ is used.
 inline constexpr Index kNarrowLift = 16;
+
+// `matrix` of the process `owner` of a team, in all of them.
+inline void ShareMatrix(Team& team, int owner, Eigen::MatrixXcd& matrix) {
+  team.Share(owner, reinterpret_cast<double*>(matrix.data()), 2 * matrix.size());
+}
+
+// The sum of `own` over the processes of a team, in their order: all get the same bits.
+inline Matrix SumOverTeam(Team& team, const Matrix& own) {
+  Matrix sum = Matrix::Zero(own.rows(), own.cols());
+  for (int rank = 0; rank < team.size(); ++rank) {
+    Matrix of_rank = own;
+    team.Share(rank, of_rank.data(), of_rank.size());
+    sum += of_rank;
+  }
+  return sum;
+}
 
 // What a contour needs of A, E and N. In a team all processes call the same functions, and get the same results.
 class NodeSolver {
