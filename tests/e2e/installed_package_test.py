@@ -76,6 +76,14 @@ class InstalledPackage(unittest.TestCase):
         self.assertNotIn("grpc", libraries)
         self.assertNotIn("protobuf", libraries)
 
+    def test_programs_start_without_shared_libraries_of_grpc(self):
+        if "DLCS_STATIC_LIBRARIES:BOOL=ON" not in (pathlib.Path(BUILD) / "CMakeCache.txt").read_text():
+            self.skipTest("built with shared libraries")
+        for program in ("dlcs", "dlcsd"):
+            libraries = run("ldd", self.everything / "bin" / program)
+            self.assertNotIn("libgrpc", libraries)
+            self.assertNotIn("libabsl", libraries)
+
     def test_missing_component_is_named(self):
         _, configured = configure(self.engine, "solve_there")
         self.assertNotEqual(configured.returncode, 0)
