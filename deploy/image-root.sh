@@ -24,7 +24,7 @@ ldd "$@" | awk '$2 == "=>" {print $3}' | sort -u | while read -r library; do
 done
 # What the programs contain of static libraries, where the system has them.
 for package in libgrpc-dev libprotobuf-dev libabsl-dev coinor-libclp-dev coinor-libcoinutils-dev liblapack-dev \
-  libblas-dev libhdf5-dev; do
+  libblas-dev libhdf5-dev libjemalloc-dev; do
   cp --dereference "/usr/share/doc/$package/copyright" "$root/usr/share/doc/$package"
 done
 loader=$(ldd "$1" | awk '$1 ~ /^\/.*ld-linux/ {print $1}')

@@ -8,14 +8,17 @@
 
 namespace dlcs {
 
-// Freed memory stays with the process, up to 64 MB per heap, for the next array. By default glibc returns arrays of
-// some hundred kilobytes to the system whenever they are freed, and allocating them again costs one page fault per
-// page: a quarter of the time of an exponential-integrator solve with n = 255 and J = 400. malloc_trim(0) still returns
-// memory.
+// Freed memory stays with the process for the next array: with glibc up to 64 MB per heap, with jemalloc for ten
+// seconds. By default glibc returns arrays of some hundred kilobytes to the system whenever they are freed, and
+// allocating them again costs one page fault per page: a quarter of the time of an exponential-integrator solve with n
+// = 255 and J = 400.
 //
-// To be called by main() before threads are started; libraries should not change the heap. Does nothing with other C
-// libraries.
+// To be called by main() before threads are started; libraries should not change the heap. Does nothing with other
+// allocators.
 void RetainFreedMemory();
+
+// Returns freed memory to the system, with these two allocators.
+void ReturnFreedMemory();
 
 // Asks the system for huge pages for an array that is not written yet. Half a gigabyte then takes some hundred page
 // faults instead of a hundred thousand, and is freed in one millisecond instead of twenty (which cannot be

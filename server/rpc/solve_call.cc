@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/solve_call.h"
 
-#include <malloc.h>
-
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -11,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "core/parallel/memory_pages.h"
 #include "core/problem/solution.h"
 #include "fmt/format.h"
 #include "server/jobs/catch_exceptions.h"
@@ -57,7 +56,7 @@ void Count(const char* kind, const FinishedSolve& solve, Metrics& metrics) {
 
 // Returns the work memory of the engine to the system while a large result waits for its reader.
 void TrimAfter(std::int64_t result_bytes) {
-  if (result_bytes > kLargeResultBytes) malloc_trim(0);
+  if (result_bytes > kLargeResultBytes) ReturnFreedMemory();
 }
 
 }  // namespace
