@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <map>
 #include <optional>
@@ -50,13 +50,28 @@ struct Cluster {
 // The number with the fewest digits in [lo, hi].
 double Shortest(double lo, double hi) {
   if (lo <= 0 && hi >= 0) return 0;
-  char text[40];
-  for (int digits = 1; digits < 17; ++digits) {
-    std::snprintf(text, sizeof text, "%.*g", digits, (lo + hi) / 2);
-    const double value = std::strtod(text, nullptr);
-    if (value >= lo && value <= hi) return value;
+  const double middle = (lo + hi) / 2;
+  const auto rounded = [&](int digits) {
+    char text[40];
+    const auto written = std::to_chars(text, text + sizeof text, middle, std::chars_format::scientific, digits - 1);
+    double value = middle;
+    std::from_chars(text, written.ptr, value);
+    return value;
+  };
+  // More digits are never farther from the middle.
+  int too_few = 0, enough = 17;
+  double shortest = middle;
+  while (enough - too_few > 1) {
+    const int digits = (too_few + enough) / 2;
+    const double value = rounded(digits);
+    if (value >= lo && value <= hi) {
+      enough = digits;
+      shortest = value;
+    } else {
+      too_few = digits;
+    }
   }
-  return (lo + hi) / 2;
+  return shortest;
 }
 
 double CenterOf(Range range) {
