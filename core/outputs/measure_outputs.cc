@@ -56,6 +56,17 @@ std::vector<MeterBatch> BatchesOf(const Problem& problem, const Solution& soluti
   return batches;
 }
 
+// What each output of a batch without measurements may reach before its limits matter; empty of others.
+Vector LevelsOf(const MeterBatch& batch) {
+  if (!batch.measurements.empty()) return {};
+  Vector levels = Vector::Constant(static_cast<Index>(batch.outputs.size()), HUGE_VAL);
+  for (const OutputLimit* limit : batch.limits) {
+    const auto place = std::distance(batch.outputs.begin(), batch.outputs.find(limit->output));
+    levels[place] = std::min(levels[place], kReachedLimit * limit->value);
+  }
+  return levels;
+}
+
 // What a measurement found, or why it found nothing.
 struct Found {
   std::optional<double> value, time = {};
@@ -383,7 +394,7 @@ absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution
     for (const MeterBatch& batch : BatchesOf(problem, solution)) {
       if (batch.outputs.empty()) continue;
       std::vector<Index> outputs(batch.outputs.begin(), batch.outputs.end());
-      auto curves = OutputCurves(problem, solution, outputs);
+      auto curves = OutputCurves(problem, solution, outputs, LevelsOf(batch));
       if (!curves.ok()) return curves.status();
       const OutputMeter meter(problem, solution, std::move(outputs), *std::move(curves));
       for (const OutputLimit* limit : batch.limits) {

@@ -2,6 +2,7 @@
 #include "core/outputs/output_curves.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "core/outputs/output_evaluator.h"
@@ -12,7 +13,11 @@ namespace {
 
 class CurveMaker {
  public:
-  explicit CurveMaker(OutputEvaluator evaluator) : evaluator_(std::move(evaluator)) {}
+  CurveMaker(OutputEvaluator evaluator, Vector levels) : evaluator_(std::move(evaluator)), levels_(std::move(levels)) {}
+
+  void Add(const TrajectoryPiece& piece) {
+    if (!StaysBelowLevels(piece)) AddPolynomials(piece, piece.begin, piece.end, Vector());
+  }
 
   // Adds the part [begin, end] of `piece`, on which x and y are polynomials. `tail` is the tail of the part twice as
   // long, empty for the whole piece. If h is smooth, each halving lowers the tail by 2^-12. If it hardly falls, the
@@ -30,8 +35,8 @@ class CurveMaker {
     const Vector places = (2 / piece.length * (times.array() - piece.begin) - 1).cwiseMax(-1).cwiseMin(1);
     LegendreRows at;
     LegendreValuesAt(places, at);
-    const Matrix x = piece.x * at.leftCols(piece.x.cols()).transpose();
-    const Matrix y = (piece.y * at.leftCols(piece.y.cols()).transpose()).cwiseMax(0);
+    const Matrix x = Product(piece.x, at.leftCols(piece.x.cols()).transpose());
+    const Matrix y = Product(piece.y, at.leftCols(piece.y.cols()).transpose()).cwiseMax(0);
     curve.z = evaluator_.Between(times, x, y);
     const Vector terms =
         evaluator_.TermsOf(x.col(0), y.col(0)).cwiseMax(evaluator_.TermsOf(x.rightCols(1), y.rightCols(1)));
@@ -68,7 +73,21 @@ class CurveMaker {
   std::vector<CurvePiece> Take() { return std::move(curves_); }
 
  private:
+  // Since no P_k exceeds 1. Where h varies and where a value is not finite, false.
+  bool StaysBelowLevels(const TrajectoryPiece& piece) {
+    if (levels_.size() == 0) return false;
+    const std::optional<Matrix> z = evaluator_.Polynomials(piece.begin, piece.end, piece.x, piece.y);
+    return z && (z->cwiseAbs().rowwise().sum().array() < levels_.array()).all();
+  }
+
+  template <typename Values>
+  static Matrix Product(const Matrix& series, const Values& at) {
+    if (series.rows() + series.cols() <= kSmallProduct) return series.lazyProduct(at);
+    return series * at;
+  }
+
   OutputEvaluator evaluator_;
+  Vector levels_;
   Vector largest_;  // the largest size of each output so far
   std::vector<CurvePiece> curves_;
 };
@@ -76,15 +95,15 @@ class CurveMaker {
 }  // namespace
 
 absl::StatusOr<std::vector<CurvePiece>> OutputCurves(const Problem& problem, const Solution& solution,
-                                                     const std::vector<Index>& outputs) {
+                                                     const std::vector<Index>& outputs, const Vector& levels) {
   auto evaluator = OutputEvaluator::Create(problem, outputs);
   if (!evaluator.ok()) return evaluator.status();
-  CurveMaker maker(*std::move(evaluator));
+  CurveMaker maker(*std::move(evaluator), levels);
   if (solution.pieces.empty()) {
     maker.AddLines(solution);
   } else {
     for (const TrajectoryPiece& piece : solution.pieces) {
-      if (piece.end > piece.begin) maker.AddPolynomials(piece, piece.begin, piece.end, Vector());
+      if (piece.end > piece.begin) maker.Add(piece);
     }
   }
   return maker.Take();

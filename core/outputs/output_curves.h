@@ -25,9 +25,10 @@ struct CurvePiece {
 
 // The `outputs` of the valid `problem` on the part of [0, T] that `solution` covers, piece by piece. Of a solution with
 // pieces (Options::keep_pieces) the polynomials of its steps, cut in halves until a series holds h(t) too; otherwise
-// straight lines between the times of the trajectory, with both limits at each of them. Looks for a stop.
+// straight lines between the times of the trajectory, with both limits at each of them. With `levels`, one for each
+// output, pieces on which no output reaches its level in size may be left out. Looks for a stop.
 absl::StatusOr<std::vector<CurvePiece>> OutputCurves(const Problem& problem, const Solution& solution,
-                                                     const std::vector<Index>& outputs);
+                                                     const std::vector<Index>& outputs, const Vector& levels = {});
 
 }  // namespace dlcs
 

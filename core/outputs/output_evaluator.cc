@@ -2,7 +2,9 @@
 #include "core/outputs/output_evaluator.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
+#include <variant>
 
 namespace dlcs {
 namespace {
@@ -23,6 +25,18 @@ std::vector<LeftLimit>::const_iterator LimitFrom(const Solution& solution, Index
                           [](const LeftLimit& limit, Index k) { return limit.column < k; });
 }
 
+// Formulas that `function` has no use of become zero: they need no time then, and do not make it vary.
+void DropUnused(TimeFunction& function) {
+  const Vector uses = Vector::Ones(function.lift.rows()).transpose() * function.lift.Sparse().cwiseAbs();
+  for (TimeFunction::Piece& piece : function.pieces) {
+    auto* formulas = std::get_if<FormulaFunction>(&piece.function);
+    if (!formulas) continue;
+    for (std::size_t i = 0; i < formulas->formulas.size(); ++i) {
+      if (uses[static_cast<Index>(i)] == 0) formulas->formulas[i] = "0";
+    }
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<OutputEvaluator> OutputEvaluator::Create(const Problem& problem) {
@@ -39,6 +53,7 @@ absl::StatusOr<OutputEvaluator> OutputEvaluator::Create(const Problem& problem, 
   for (Index k = 0; k < count; ++k) chosen.insert(k, outputs[static_cast<std::size_t>(k)]) = 1;
   TimeFunction function = problem.outputs.h;
   function.lift = function.is_lifted() ? SparseMatrix(chosen * function.lift.Sparse()) : chosen;
+  DropUnused(function);
   TimeAxis axis = AxisOf(problem);
   auto h = TimeFunctionEvaluator::Create(function, count, axis);
   if (!h.ok()) return h.status();
@@ -59,10 +74,25 @@ Vector OutputEvaluator::At(double t, Side side, const Eigen::Ref<const Vector>& 
 
 Matrix OutputEvaluator::Between(const Eigen::Ref<const Vector>& times, const Matrix& x, const Matrix& y) {
   Matrix z(size(), times.size());
-  for (Index j = 0; j < times.size(); ++j) {
-    h_.Evaluate(axis_.Nearest(times[j]), j + 1 < times.size() ? Side::kRight : Side::kLeft, z.col(j));
+  const Index last = times.size() - 1;
+  if (h_.IsSteady(axis_.Nearest(times[0]), axis_.Nearest(times[last]))) {
+    h_.Evaluate((times[0] + times[last]) / 2, Side::kRight, z.col(0));
+    z.rightCols(last).colwise() = Vector(z.col(0));
+  } else {
+    for (Index j = 0; j <= last; ++j) {
+      h_.Evaluate(axis_.Nearest(times[j]), j < last ? Side::kRight : Side::kLeft, z.col(j));
+    }
   }
   z += C_ * x + D_ * y;
+  return z;
+}
+
+std::optional<Matrix> OutputEvaluator::Polynomials(double begin, double end, const Matrix& x, const Matrix& y) {
+  if (!h_.IsSteady(axis_.Nearest(begin), axis_.Nearest(end))) return std::nullopt;
+  Matrix z = Matrix::Zero(size(), std::max(x.cols(), y.cols()));
+  h_.Evaluate((begin + end) / 2, Side::kRight, z.col(0));
+  z.leftCols(x.cols()) += C_ * x;
+  z.leftCols(y.cols()) += D_ * y;
   return z;
 }
 

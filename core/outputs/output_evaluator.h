@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_OUTPUTS_OUTPUT_EVALUATOR_H_
 #define DLCS_CORE_OUTPUTS_OUTPUT_EVALUATOR_H_
 
+#include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -30,6 +31,10 @@ class OutputEvaluator {
 
   // The same at increasing times, one for each column of `x` and `y`. h is the right limit, at the last time the left.
   Matrix Between(const Eigen::Ref<const Vector>& times, const Matrix& x, const Matrix& y);
+
+  // The outputs as polynomials from `begin` to `end`, for those of x and y: column k holds the coefficients of P_k.
+  // Absent where h is not known to be constant there.
+  std::optional<Matrix> Polynomials(double begin, double end, const Matrix& x, const Matrix& y);
 
   // The size of the terms that At() adds up: |C| |x| + |D| |y|.
   Vector TermsOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) const;

@@ -5,12 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include "core/format_number.h"
+#include "core/outputs/output_curves.h"
 #include "core/outputs/output_evaluator.h"
 #include "core/problem/verdict.h"
 #include "core/solve.h"
@@ -205,6 +207,30 @@ TEST(MeasureOutputsTest, ALimitIsReachedAtItsTime) {
   const Solution solution = testing::SolveToEnd(problem, Tight());
   ASSERT_EQ(solution.reached_limits.size(), 1);
   EXPECT_THAT(solution.reached_limits[0], HasSubstr(" at t = 1.029:"));
+}
+
+// Of pieces below the levels no curves are made; those of the others are the same. The h of the third output varies, so
+// all of its pieces are kept.
+TEST(MeasureOutputsTest, CurvesBelowTheirLevelsMayBeLeftOut) {
+  const Problem problem = Oscillator(2);
+  Options options = Tight();
+  options.keep_pieces = true;
+  const Solution solution = testing::SolveToEnd(problem, options);
+  const auto all = OutputCurves(problem, solution, {0, 3});
+  const auto most = OutputCurves(problem, solution, {0, 3}, Vector{{10, 2}});
+  const auto none = OutputCurves(problem, solution, {0, 3}, Vector{{10, 10}});
+  ASSERT_TRUE(all.ok() && most.ok() && none.ok());
+  EXPECT_TRUE(none->empty());
+  EXPECT_LT(most->size(), all->size());
+  for (const CurvePiece& piece : *all) {
+    const auto same =
+        std::find_if(most->begin(), most->end(), [&](const auto& kept) { return kept.begin == piece.begin; });
+    EXPECT_EQ(same != most->end(), piece.begin >= 0.5) << piece.begin;  // where the step is 3
+    if (same != most->end()) {
+      EXPECT_EQ(same->z, piece.z);
+    }
+  }
+  EXPECT_EQ(OutputCurves(problem, solution, {2}, Vector{{100}})->size(), OutputCurves(problem, solution, {2})->size());
 }
 
 // x rises to 1 - 1/e by 0.501 and decays again, at the rate 1000; its limit is 0.5.
