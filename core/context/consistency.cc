@@ -101,12 +101,13 @@ Matrix DerivativeOf(const Problem& problem, const Jump& jump) {
   return identity + SolveMass(problem, problem.B * p);
 }
 
-// Solves LCP(q, M) from `basis`, by `solver`, which is made if needed and kept if it is small.
+// Makes `solver` if needed, calls `solve` with it, and keeps it if it is small.
+template <typename Solve>
 LcpStatus SolveStart(const Problem& problem, const SolutionChoice& choice, std::unique_ptr<LcpSolver>& solver,
-                     const Vector& q, const Vector& tolerance, Basis& basis, Eigen::Ref<Vector> y) {
+                     const Solve& solve) {
   constexpr Index kSmall = 64;
   if (!solver) solver = MakeLcpSolver(problem.M, choice);
-  const LcpStatus verdict = solver->Solve(q, tolerance, basis, y);
+  const LcpStatus verdict = solve(*solver);
   if (problem.num_constraints() > kSmall) solver.reset();
   return verdict;
 }
@@ -119,7 +120,9 @@ LcpStatus HasSolution(SolveContext& context, const Vector& q, const Vector& tole
   }
   context.last_basis.resize(static_cast<std::size_t>(q.size()), 0);
   Vector y = Vector::Zero(q.size());
-  return SolveStart(context.problem, Selection::kAny, context.any_solver, q, tolerance, context.last_basis, y);
+  return SolveStart(context.problem, Selection::kAny, context.any_solver, [&](LcpSolver& solver) {
+    return context.successors.Solve(solver, q, tolerance, context.last_basis, y);
+  });
 }
 
 // The selected solution of LCP(q, M); zero where there is none.
@@ -127,7 +130,8 @@ LcpStatus Select(SolveContext& context, const Vector& q, const Vector& tolerance
   const Problem& problem = context.problem;
   Basis basis(problem.num_constraints(), 0);
   ++context.solution.cost.lcps;
-  const LcpStatus verdict = SolveStart(problem, context.choice(), context.selecting_solver, q, tolerance, basis, y);
+  const LcpStatus verdict = SolveStart(problem, context.choice(), context.selecting_solver,
+                                       [&](LcpSolver& solver) { return solver.Solve(q, tolerance, basis, y); });
   if (verdict != LcpStatus::kSolved) y.setZero();
   return verdict;
 }

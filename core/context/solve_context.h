@@ -88,6 +88,7 @@ struct SolveContext {
   // Solvers of LCP(q, M) at the starts of smooth intervals, of which a circuit has thousands; kept if they are small.
   std::unique_ptr<LcpSolver> selecting_solver = {}, any_solver = {};
   Basis last_basis = {};  // of any_solver
+  BasisSuccessors successors = {};
 
   // Set where `problem` holds the rows of this process alone, of a system that is distributed over the processes of
   // `team`; then with the most states and pairs of one of them, so that all take as many steps at once.

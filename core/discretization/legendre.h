@@ -53,6 +53,15 @@ inline LegendreSeries Apply(const Matrix& matrix, const LegendreSeries& series) 
   return matrix * series;
 }
 
+// Adds matrix · series to `sum`. With `is_steady`, the series is its first coefficient.
+inline void AddApplied(const Matrix& matrix, const LegendreSeries& series, bool is_steady, LegendreSeries& sum) {
+  if (is_steady) {
+    sum.col(0) += matrix * series.col(0);
+  } else {
+    sum += Apply(matrix, series);
+  }
+}
+
 // P_0'(s) ... P_K'(s), for `at` = LegendreValues(s).
 LegendreVector LegendreSlopes(const LegendreVector& at);
 

@@ -85,14 +85,14 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     return finite;
   };
   using Value = Eigen::Ref<Vector>;
+  step.f_is_steady = sources_.FIsSteady(begin, end);
+  step.g_is_steady = sources_.GIsSteady(begin, end);
   const bool f_finite = sample(
-      sources_.num_states(), sources_.FIsSteady(begin, end),
-      [&](double t, Side side, Value value) { F(t, side, value); },
+      sources_.num_states(), step.f_is_steady, [&](double t, Side side, Value value) { F(t, side, value); },
       [&](double t, Value bound) { sources_.RoundingOfF(t, bound); }, step.f, step.f_size, step.f_noise,
       step.f_at_check, step.f_error);
   const bool g_finite = sample(
-      sources_.num_constraints(), sources_.GIsSteady(begin, end),
-      [&](double t, Side side, Value value) { G(t, side, value); },
+      sources_.num_constraints(), step.g_is_steady, [&](double t, Side side, Value value) { G(t, side, value); },
       [&](double t, Value bound) { sources_.RoundingOfG(t, bound); }, step.g, step.g_size, step.g_noise,
       step.g_at_check, step.g_error);
   step.finite = f_finite && g_finite;

@@ -22,12 +22,13 @@ struct StepSources {
   double length = 0;
   LegendreSeries f;
   LegendreSeries g;
-  double check_s = 0;             // the position of that time, in (-1, 1)
-  Vector f_at_check, g_at_check;  // the true values there
-  Vector f_error, g_error;        // |polynomial - true value| there, beyond rounding
-  Vector f_size, g_size;          // max |f_i|, |g_i| over the nodes
-  Vector f_noise, g_noise;        // bounds of the rounding errors of values and of their times
-  bool finite = false;            // all of these are, and every value
+  bool f_is_steady = false, g_is_steady = false;  // known to be constant: the first coefficient is all there is
+  double check_s = 0;                             // the position of that time, in (-1, 1)
+  Vector f_at_check, g_at_check;                  // the true values there
+  Vector f_error, g_error;                        // |polynomial - true value| there, beyond rounding
+  Vector f_size, g_size;                          // max |f_i|, |g_i| over the nodes
+  Vector f_noise, g_noise;                        // bounds of the rounding errors of values and of their times
+  bool finite = false;                            // all of these are, and every value
 };
 
 class SourceSampler {

@@ -25,6 +25,8 @@ constexpr double kDataRounding = 8 * std::numeric_limits<double>::epsilon();
 constexpr double kOfNoise = 1.0 / 16;
 // A step below this part of t would hardly be one: t + h is rounded.
 constexpr double kMinOfTime = 1e-14;
+// Lengths are differences of times: those of equal steps differ by so much of the time.
+constexpr double kRoundingOfTimes = 4 * std::numeric_limits<double>::epsilon();
 // Modes are kept until there are so many, and then all forgotten.
 constexpr std::size_t kKeptModes = 256;
 
@@ -121,7 +123,7 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
     is_found = solver.Solve(q_, tolerance_, basis_, y_) == LcpStatus::kSolved && basis_ == guess_;
   }
   if (!history_.empty() && !is_found) basis_ = history_;
-  proposal.verdict = is_found ? LcpStatus::kSolved : solver.Solve(q_, tolerance_, basis_, y_);
+  proposal.verdict = is_found ? LcpStatus::kSolved : successors_.Solve(solver, q_, tolerance_, basis_, y_);
   ++lcps_;
   if (proposal.verdict != LcpStatus::kSolved) return proposal;
   proposal.kept_selection = solver.KeptSelection();
@@ -209,12 +211,28 @@ void ModeSearch::Lasted(const Mode& mode) {
 }
 
 const Mode* ModeSearch::ModeOf(const std::vector<Index>& active, const DataSizes& sizes) {
-  if (const auto found = modes_.find(active); found != modes_.end()) return found->second.get();
+  if (const auto found = modes_.find(active); found != modes_.end()) return found->second.mode.get();
   if (modes_.size() == kKeptModes) modes_.clear();
   ++modes_made_;
-  std::unique_ptr<Mode>& kept = modes_[active];
-  kept = maker_.Make(active, sizes);
-  return kept.get();
+  KeptMode& kept = modes_[active];
+  kept.mode = maker_.Make(active, sizes);
+  return kept.mode.get();
+}
+
+std::shared_ptr<const ModeStepper> ModeSearch::StepperOf(const Mode& mode, double length, double end) {
+  constexpr std::size_t kMost = 4;
+  const double same = kRoundingOfTimes * std::abs(end);
+  auto& steppers = modes_.at(mode.active).steppers;
+  const auto known = std::find_if(steppers.begin(), steppers.end(),
+                                  [&](const auto& stepper) { return std::abs(stepper->length() - length) <= same; });
+  if (known == steppers.end()) {
+    if (steppers.size() == kMost) steppers.erase(steppers.begin());
+    steppers.push_back(std::make_shared<ModeStepper>(mode, length));
+  } else {
+    (*known)->KeepResponses();
+    std::rotate(known, known + 1, steppers.end());
+  }
+  return steppers.back();
 }
 
 }  // namespace dlcs

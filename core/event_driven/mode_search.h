@@ -71,6 +71,10 @@ class ModeSearch {
   // The mode of `active`, kept; null where it has none.
   const Mode* ModeOf(const std::vector<Index>& active, const DataSizes& sizes);
 
+  // For steps of this length up to `end` in a mode of ModeOf(). The last few are kept: lengths that differ by no more
+  // than the rounding of `end` are the same.
+  std::shared_ptr<const ModeStepper> StepperOf(const Mode& mode, double length, double end);
+
   Index lcps() const { return lcps_; }
   Index modes_made() const { return modes_made_; }
 
@@ -79,6 +83,10 @@ class ModeSearch {
   struct LookAhead {
     ModeStepper stepper;
     std::unique_ptr<LcpSolver> solver;
+  };
+  struct KeptMode {
+    std::unique_ptr<Mode> mode;                          // null where there is none
+    std::vector<std::shared_ptr<ModeStepper>> steppers;  // the one that was used last is last
   };
   struct Pairs {
     Vector values, noise;
@@ -96,8 +104,9 @@ class ModeSearch {
   Matrix near_;                 // nonzero where a state depends on another by low derivatives
   std::unique_ptr<Mode> free_;  // without active pairs; null where it has no form
   StepCache<LookAhead> look_aheads_;
-  std::map<std::vector<Index>, std::unique_ptr<Mode>> modes_;  // by their active sets; null where there is none
+  std::map<std::vector<Index>, KeptMode> modes_;  // by their active sets
   Basis basis_;
+  BasisSuccessors successors_;
   Basis history_;                   // empty without kHistory
   Basis guess_;                     // empty where there is none
   Basis after_event_;               // likewise

@@ -55,6 +55,24 @@ void Subtract(const Layers& layers, Series& series) {
   series.col(K - 1) += layers;
 }
 
+// The values of the polynomials at the looks.
+const Matrix& AtLooks() {
+  static const Matrix at = [] {
+    LegendreRows rows;
+    LegendreValuesAt(Vector{{-0.9, -0.4, 0.3, 1}}, rows);
+    return Matrix(rows.transpose());
+  }();
+  return at;
+}
+
+// `units` applied to the starts and the sources; no `sources` stand for zero.
+Matrix Combine(const Matrix& units, const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources) {
+  const Index m = units.rows();
+  Matrix response = units.leftCols(m).lazyProduct(starts);
+  if (sources.cols() > 0) response += units.rightCols(m).lazyProduct(sources);
+  return response;
+}
+
 std::complex<double> Inverse(const std::complex<double>& z) {
   // Scaled, since the square of a large |z| overflows.
   const double size = std::max(std::abs(z.real()), std::abs(z.imag()));
@@ -415,6 +433,43 @@ ModeStepper::Response ModeStepper::Respond(const Eigen::Ref<const Matrix>& start
   Response response{(form.vectors * values).real(), {}};
   if (!form.is_explicit()) response.slopes = (form.vectors * slopes).real();
   return response;
+}
+
+ModeStepper::Response ModeStepper::RespondAtEnd(const Eigen::Ref<const Matrix>& starts,
+                                                const Eigen::Ref<const Matrix>& sources) const {
+  if (!units_) return Respond(starts, sources, AtLooks().rightCols(1));
+  Response response{Combine(units_->values.back(), starts, sources), {}};
+  if (!mode_->is_explicit()) response.slopes = Combine(units_->slopes, starts, sources);
+  return response;
+}
+
+Matrix ModeStepper::RespondAtLooks(const Eigen::Ref<const Matrix>& starts,
+                                   const Eigen::Ref<const Matrix>& sources) const {
+  if (!units_) return Respond(starts, sources, AtLooks()).values;
+  Matrix values(starts.rows(), starts.cols() * kLooks);
+  for (Index look = 0; look < kLooks; ++look) {
+    values(Eigen::all, Eigen::seqN(look, starts.cols(), Eigen::fix<kLooks>)) =
+        Combine(units_->values[static_cast<std::size_t>(look)], starts, sources);
+  }
+  return values;
+}
+
+void ModeStepper::KeepResponses() {
+  constexpr Index kMost = 8;
+  const Index m = mode_->F.rows();
+  if (units_ || has_fast_ || m > kMost) return;
+  Matrix starts = Matrix::Zero(m, 2 * m), sources = starts;
+  starts.leftCols(m).setIdentity();
+  sources.rightCols(m).setIdentity();
+  const Response all = Respond(starts, sources, AtLooks());
+  units_.emplace();
+  for (Index look = 0; look < kLooks; ++look) {
+    units_->values[static_cast<std::size_t>(look)] =
+        all.values(Eigen::all, Eigen::seqN(look, 2 * m, Eigen::fix<kLooks>));
+  }
+  if (!mode_->is_explicit()) {
+    units_->slopes = all.slopes(Eigen::all, Eigen::seqN(kLooks - 1, 2 * m, Eigen::fix<kLooks>));
+  }
 }
 
 }  // namespace dlcs

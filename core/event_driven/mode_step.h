@@ -6,6 +6,7 @@
 
 #include <array>
 #include <complex>
+#include <optional>
 #include <vector>
 
 #include "core/discretization/legendre.h"
@@ -35,6 +36,7 @@ class ModeStepper {
   ModeStepper(const Mode& mode, double length);
 
   const Mode& mode() const { return *mode_; }
+  double length() const { return 2 * half_; }
 
   struct Solution {
     LegendreSeries x;
@@ -75,6 +77,14 @@ class ModeStepper {
   };
   Response Respond(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources,
                    const Eigen::Ref<const Matrix>& at) const;
+  // The same at the end of the step, and the values at kLooks positions, the last one the end.
+  Response RespondAtEnd(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources) const;
+  static constexpr Index kLooks = 4;
+  Matrix RespondAtLooks(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources) const;
+
+  // Makes the last two products with kept matrices from now on, as pays where a step is taken many times. Does nothing
+  // for more than a few states, and where a component is fast, since what is a layer is no linear function.
+  void KeepResponses();
 
  private:
   using Complex = std::complex<double>;
@@ -116,9 +126,16 @@ class ModeStepper {
   void RefineSlope(const LegendreSeries& source, const Vector& source_noise, const Vector& x_noise,
                    Solution& solution) const;
 
+  // What unit starts and unit sources, side by side, make of x at each look, and of x' at the end.
+  struct UnitResponses {
+    std::array<Matrix, kLooks> values;
+    Matrix slopes;
+  };
+
   const Mode* mode_;
   double half_;
   std::vector<Scalar> scalars_;
+  std::optional<UnitResponses> units_;
   bool has_fast_ = false;  // some component is fast on the step
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/event_driven/error_growth.h"
 #include "core/linalg/abs_times.h"
@@ -22,8 +23,8 @@ constexpr double kOfCoefficient = 1.0 / 8;
 
 LegendreSeries Output(const LinearOutput& output, const ModeStepper::Solution& solution, const StepSources& sources) {
   LegendreSeries series = Apply(output.state, solution.x);
-  if (output.g.size() > 0) series += Apply(output.g, sources.g);
-  if (output.f.size() > 0) series += Apply(output.f, sources.f);
+  if (output.g.size() > 0) AddApplied(output.g, sources.g, sources.g_is_steady, series);
+  if (output.f.size() > 0) AddApplied(output.f, sources.f, sources.f_is_steady, series);
   if (output.slope.size() > 0) series += Apply(output.slope, solution.slope);
   return series;
 }
@@ -42,18 +43,6 @@ Vector InRows(const Mode& mode, const Vector& f, const Vector& g) {
   Vector rows = mode.is_explicit() ? f : AbsTimes(mode.E, f);
   if (mode.source_g.size() > 0) rows += AbsTimes(mode.source_g, g);
   return rows;
-}
-
-// What columns of `start` and constant `source` make of x on the step, at kAnswers times, the last one its end: all
-// times of the first column, then of the second.
-constexpr Index kAnswers = 4;
-Matrix Answers(const ModeStepper& stepper, const Matrix& start, const Matrix& source) {
-  static const Matrix at = [] {
-    LegendreRows rows;
-    LegendreValuesAt(Vector{{-0.9, -0.4, 0.3, 1}}, rows);
-    return Matrix(rows.transpose());
-  }();
-  return stepper.Respond(start, source, at).values;
 }
 
 double LargestRatio(const Vector& error, const Vector& allowed) {
@@ -136,7 +125,7 @@ class StepErrors {
   const ModeStepper::Solution& solution_;
   SmoothStep& step_;
   Vector x_size_, slope_size_, rows_size_;
-  Matrix of_rounding_;     // Answers() to rounding
+  Matrix of_rounding_;     // what the system makes of rounding at the looks
   Vector x_coefficients_;  // what rounding may be of one coefficient of x
 };
 
@@ -164,9 +153,10 @@ void StepErrors::OfStates() {
   Matrix start(m, 2), source(m, 2);
   start << signs.cwiseProduct(x_size_), x_size_;
   source << signs.cwiseProduct(rows_size_), rows_size_;
-  of_rounding_ = kRounding * Answers(*step_.stepper, start, source);
-  step_.x_rounding = kRounding * x_size_ + RowMaxAbs(of_rounding_.leftCols(kAnswers));
-  step_.rounding_at_end = of_rounding_(Eigen::all, Eigen::seqN(kAnswers - 1, 2, kAnswers));
+  constexpr Index kLooks = ModeStepper::kLooks;
+  of_rounding_ = kRounding * step_.stepper->RespondAtLooks(start, source);
+  step_.x_rounding = kRounding * x_size_ + RowMaxAbs(of_rounding_.leftCols(kLooks));
+  step_.rounding_at_end = of_rounding_(Eigen::all, Eigen::seqN(kLooks - 1, 2, kLooks));
   step_.x_noise = is_stiff.select(step_.x_rounding + magnitudes_.x_noise, step_.x_rounding);
   // That is an upper bound, with which a stiff row may hide a boundary layer: what rounding there is shows.
   x_coefficients_ = kOfCoefficient * step_.x_noise.cwiseProduct(solution_.stiffness.cwiseMax(1));
@@ -175,7 +165,7 @@ void StepErrors::OfStates() {
   step_.x_tail = EstimateTail(step_.x, x_coefficients_);
   step_.x_error = step_.x_tail + solution_.uncertainty + (solution_.kept_layer - x_coefficients_).cwiseMax(0);
   if ((step_.row_error.array() != 0).any()) {
-    step_.x_error += RowMaxAbs(Answers(*step_.stepper, Vector::Zero(m), signs.cwiseProduct(step_.row_error)));
+    step_.x_error += RowMaxAbs(step_.stepper->RespondAtLooks(Vector::Zero(m), signs.cwiseProduct(step_.row_error)));
   }
 }
 
@@ -228,13 +218,15 @@ EventGap GapOf(const SmoothStep& step, const StepSources& sources) {
   return {step.x_tail, sources.f_error + EstimateTail(sources.f), sources.g_error + EstimateTail(sources.g)};
 }
 
-SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
-                          const Magnitudes& magnitudes, double tolerance, double share, const EventGap* gap) {
+SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eigen::Ref<const Vector>& start,
+                          const StepSources& sources, const Magnitudes& magnitudes, double tolerance, double share,
+                          const EventGap* gap) {
+  const Mode& mode = stepper->mode();
   LegendreSeries b = mode.is_explicit() ? sources.f : Apply(mode.E, sources.f);
-  if (mode.source_g.size() > 0) b += Apply(mode.source_g, sources.g);
+  if (mode.source_g.size() > 0) AddApplied(mode.source_g, sources.g, sources.g_is_steady, b);
 
   SmoothStep step;
-  step.stepper = std::make_shared<ModeStepper>(mode, sources.length);
+  step.stepper = std::move(stepper);
   const Vector noise_of_sources = kUnit / kRoundingOfValues * InRows(mode, sources.f_noise, sources.g_noise);
   ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources);
   step.unreached = solution.unreached;

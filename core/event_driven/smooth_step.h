@@ -40,7 +40,7 @@ struct SmoothStep {
   Matrix rounding_at_end;        // m × 2: with signs, as Magnitudes::rounding
   Vector guard_terms;            // for each guard the sum of the absolute values of its terms
   std::vector<Index> unreached;  // states that are zero, since nothing that is not zero reaches them
-  // For the step of full length: propagates errors.
+  // For the step of full length, with its mode: propagates errors.
   std::shared_ptr<const ModeStepper> stepper;
   // Bounds of the errors of the equations of the mode, for each row: from the interpolation of the sources, and from
   // an ulp in every entry of the data.
@@ -60,13 +60,15 @@ struct EventGap {
 };
 EventGap GapOf(const SmoothStep& step, const StepSources& sources);
 
-// Solves x' = Âx + b from `start` on the step of `sources`. The error of a component is estimated by extrapolating the
-// decay of its coefficients, and from the interpolation error of the sources at the checked time. The allowed error of
-// x is tolerance · magnitude · `share`, the fraction of the horizon that this step covers; that of the guards (y and w,
-// whose errors do not accumulate) is tolerance · magnitude. Rounding errors are always allowed. Every size belongs to
-// one component, or to the terms of one row. `gap`, null or from the step before, raises the levels of the guards.
-SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
-                          const Magnitudes& magnitudes, double tolerance, double share, const EventGap* gap);
+// Solves x' = Âx + b from `start` on the step of `sources`, by a stepper of its length. The error of a component is
+// estimated by extrapolating the decay of its coefficients, and from the interpolation error of the sources at the
+// checked time. The allowed error of x is tolerance · magnitude · `share`, the fraction of the horizon that this step
+// covers; that of the guards (y and w, whose errors do not accumulate) is tolerance · magnitude. Rounding errors are
+// always allowed. Every size belongs to one component, or to the terms of one row. `gap`, null or from the step before,
+// raises the levels of the guards.
+SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eigen::Ref<const Vector>& start,
+                          const StepSources& sources, const Magnitudes& magnitudes, double tolerance, double share,
+                          const EventGap* gap);
 
 // The error ratio if the step is cut at `s`, with the sizes up to there only: after the event that ends the mode, its
 // polynomials may grow far beyond the solution. The other arguments are those of TakeSmoothStep().

@@ -31,4 +31,23 @@ std::vector<Index> IndicesOf(const Basis& basis) {
   return indices;
 }
 
+LcpStatus BasisSuccessors::Solve(LcpSolver& solver, const Eigen::Ref<const Vector>& q,
+                                 const Eigen::Ref<const Vector>& tolerance, Basis& basis, Eigen::Ref<Vector> y) {
+  constexpr std::size_t kMost = 256;  // then all are forgotten
+  if (const auto known = after_.find(basis); known != after_.end()) {
+    if (solver.SolvesIn(basis, q, tolerance, y)) return LcpStatus::kSolved;
+    if (solver.SolvesIn(known->second, q, tolerance, y)) {
+      basis = known->second;
+      return LcpStatus::kSolved;
+    }
+  }
+  const Basis before = basis;
+  const LcpStatus verdict = solver.Solve(q, tolerance, basis, y);
+  if (verdict == LcpStatus::kSolved && basis != before) {
+    if (after_.size() == kMost) after_.clear();
+    after_[before] = basis;
+  }
+  return verdict;
+}
+
 }  // namespace dlcs

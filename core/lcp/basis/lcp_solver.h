@@ -5,6 +5,7 @@
 #define DLCS_CORE_LCP_BASIS_LCP_SOLVER_H_
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,6 +58,14 @@ class LcpSolver {
   virtual LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                           Eigen::Ref<Vector> y) = 0;
 
+  // Whether `basis` itself gives a solution, and which; `y` is undefined otherwise. Never searches for another basis.
+  // Solvers that select a solution, and those that keep no dense factors, do not try and return false. The arguments
+  // are those of Solve(). Cost: where the basis is that of the last call O(n |S|), else with its factorization.
+  virtual bool SolvesIn(const Basis& /*basis*/, const Eigen::Ref<const Vector>& /*q*/,
+                        const Eigen::Ref<const Vector>& /*tolerance*/, Eigen::Ref<Vector> /*y*/) {
+    return false;
+  }
+
   // Whether the last solution is the selected one. False only if a coupled solver found a solution of LCP(q, M + K)
   // that is not the selected one of LCP(q + K y, M), and found none that is.
   virtual bool KeptSelection() const { return true; }
@@ -69,6 +78,18 @@ class LcpSolver {
 
   // A fresh solver for the same matrix, for another thread: its results do not depend on this one's past.
   virtual std::unique_ptr<LcpSolver> Clone() const = 0;
+};
+
+// The basis that followed each basis in a sequence of LCPs. In circuits with gates, bases recur in cycles.
+class BasisSuccessors {
+ public:
+  // As solver.Solve(), but if `basis` gives no solution, the basis that followed it last is tried before `solver`
+  // searches. So where several bases give solutions the result depends on the calls before.
+  LcpStatus Solve(LcpSolver& solver, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                  Basis& basis, Eigen::Ref<Vector> y);
+
+ private:
+  std::map<Basis, Basis> after_;
 };
 
 }  // namespace dlcs

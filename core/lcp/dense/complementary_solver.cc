@@ -42,6 +42,13 @@ LcpStatus ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, const Ei
   return SolveFromScratch(basis, y);
 }
 
+bool ComplementarySolver::SolvesIn(const Basis& basis, const Eigen::Ref<const Vector>& q,
+                                   const Eigen::Ref<const Vector>& tolerance, Eigen::Ref<Vector> y) {
+  if (!lcp_.Load(q, tolerance) || !point_.Compute(lcp_, basis) || !point_.solved()) return false;
+  point_.Write(lcp_, y);
+  return true;
+}
+
 LcpStatus ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector> y) {
   method_ = "Lemke";
   if (!lemke_) lemke_.emplace(lcp_.size());

@@ -31,6 +31,8 @@ class ComplementarySolver final : public LcpSolver {
 
   LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                   Eigen::Ref<Vector> y) override;
+  bool SolvesIn(const Basis& basis, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                Eigen::Ref<Vector> y) override;
 
   // As Solve(), but where several solutions can be found one with a basis that `preferred` accepts is taken:
   // the guess and Lemke's solution count only if accepted, then enumeration looks for one (n <= 12).

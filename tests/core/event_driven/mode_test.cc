@@ -230,6 +230,36 @@ TEST(ModeStepTest, IsTheExponentialToRounding) {
   }
 }
 
+// Kept responses are those of the equations, at the end and before it; with the derivatives where a constraint holds.
+void ExpectSameResponsesWhenKept(const Mode& mode, double length) {
+  LcpGenerator random(6);
+  const Index m = mode.F.rows();
+  const Matrix starts = random.Gaussian(m, 3), sources = random.Gaussian(m, 3);
+  ModeStepper stepper(mode, length);
+  const Matrix before = stepper.RespondAtLooks(starts, sources);
+  const ModeStepper::Response end = stepper.Respond(starts, sources, LegendreValues(1));
+  const ModeStepper::Response unforced = stepper.Respond(starts, Matrix(), LegendreValues(1));
+  stepper.KeepResponses();
+  EXPECT_LT(MaxAbs(stepper.RespondAtLooks(starts, sources) - before), 1e-13 * MaxAbs(before));
+  const ModeStepper::Response kept = stepper.RespondAtEnd(starts, sources);
+  EXPECT_LT(MaxAbs(kept.values - end.values), 1e-13 * MaxAbs(end.values));
+  ASSERT_EQ(kept.slopes.size(), end.slopes.size());
+  EXPECT_LE(MaxAbs(kept.slopes - end.slopes), 1e-13 * MaxAbs(end.slopes));
+  EXPECT_LT(MaxAbs(stepper.RespondAtEnd(starts, Matrix()).values - unforced.values), 1e-13 * MaxAbs(unforced.values));
+}
+
+TEST(ModeStepTest, KeepsResponses) {
+  ExpectSameResponsesWhenKept(ModeOf(LcpGenerator(8).Gaussian(5, 5)), 0.7);
+  ExpectSameResponsesWhenKept(ModeOf(LcpGenerator(9).Gaussian(20, 20)), 0.2);       // too many states
+  ExpectSameResponsesWhenKept(ModeOf(Matrix(Vector{{-1, -1e6}}.asDiagonal())), 1);  // a fast one
+}
+
+TEST_P(FastStateOnAConstraint, KeepsResponses) {
+  const auto mode = MakeMode(problem_, {0});
+  ASSERT_TRUE(mode);
+  ExpectSameResponsesWhenKept(*mode, 0.9);
+}
+
 // x a polynomial of the degree, b = x' - A x one too: the collocation polynomial is x itself.
 TEST(ModeStepTest, FindsPolynomialSolutionsExactly) {
   LcpGenerator random(5);
