@@ -192,7 +192,8 @@ std::vector<double> BreakPoints(const Problem& problem) {
   std::vector<double> found;
   for (const Source& source : SourcesOf(problem)) {
     const std::vector<double> of_source = BreakPoints(*source.function, problem.horizon);
-    found.insert(found.end(), of_source.begin(), of_source.end());
+    // Gates of a circuit switch all sources at the same thousands of times.
+    if (of_source != found) found.insert(found.end(), of_source.begin(), of_source.end());
   }
   return MergeBreakPoints(problem.break_points, found, problem.horizon);
 }

@@ -23,7 +23,8 @@ std::vector<double> MergeBreakPoints(const std::vector<double>& declared, const 
   std::vector<Mark> marks;
   for (const double time : declared) marks.push_back({time, true});
   for (const double time : found) marks.push_back({time, false});
-  std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.time < b.time; });
+  const auto is_earlier = [](const Mark& a, const Mark& b) { return a.time < b.time; };
+  if (!std::is_sorted(marks.begin(), marks.end(), is_earlier)) std::sort(marks.begin(), marks.end(), is_earlier);
   std::vector<double> merged;
   bool last_is_declared = false;
   for (const auto& [time, is_declared] : marks) {

@@ -339,7 +339,7 @@ std::vector<double> BreakPoints(const TimeFunction& function, double horizon) {
     const std::vector<double>& times = component.formula->switching.times;
     points.insert(points.end(), times.begin(), times.end());
   }
-  std::sort(points.begin(), points.end());
+  if (!std::is_sorted(points.begin(), points.end())) std::sort(points.begin(), points.end());
   points.erase(std::unique(points.begin(), points.end()), points.end());
   return points;
 }
