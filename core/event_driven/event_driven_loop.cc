@@ -220,7 +220,7 @@ bool EventDrivenLoop::RefineEvent() {
     const double length = end - event.begin;
     sampler_.Sample(event.begin, end, sources_);
     if (!sources_.finite) return false;
-    step_ = TakeSmoothStep(search_.StepperOf(*mode, length, end), event.x, sources_, magnitudes_, tolerance_,
+    step_ = TakeSmoothStep(search_.StepperOf(*mode, length), event.x, sources_, magnitudes_, tolerance_,
                            ShareOfTolerance(length, problem_.horizon), nullptr);
     ++record_.rejected_steps;
     if (!(step_.error_ratio <= 1)) return false;
@@ -252,7 +252,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   x_start_ = x_;
   if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_start_))
     return GiveUpMode("the state is off the constraints of the active set");
-  const auto stepper = search_.StepperOf(*mode_, sources_.length, step_end);
+  const auto stepper = search_.StepperOf(*mode_, sources_.length);
   const auto take = [&] {
     return TakeSmoothStep(stepper, x_start_, sources_, magnitudes_, tolerance_, share, gap_ ? &*gap_ : nullptr);
   };

@@ -25,8 +25,6 @@ constexpr double kDataRounding = 8 * std::numeric_limits<double>::epsilon();
 constexpr double kOfNoise = 1.0 / 16;
 // A step below this part of t would hardly be one: t + h is rounded.
 constexpr double kMinOfTime = 1e-14;
-// Lengths are differences of times: those of equal steps differ by so much of the time.
-constexpr double kRoundingOfTimes = 4 * std::numeric_limits<double>::epsilon();
 // Modes are kept until there are so many, and then all forgotten.
 constexpr std::size_t kKeptModes = 256;
 
@@ -219,12 +217,11 @@ const Mode* ModeSearch::ModeOf(const std::vector<Index>& active, const DataSizes
   return kept.mode.get();
 }
 
-std::shared_ptr<const ModeStepper> ModeSearch::StepperOf(const Mode& mode, double length, double end) {
-  constexpr std::size_t kMost = 4;
-  const double same = kRoundingOfTimes * std::abs(end);
+std::shared_ptr<const ModeStepper> ModeSearch::StepperOf(const Mode& mode, double length) {
+  constexpr std::size_t kMost = 8;
   auto& steppers = modes_.at(mode.active).steppers;
   const auto known = std::find_if(steppers.begin(), steppers.end(),
-                                  [&](const auto& stepper) { return std::abs(stepper->length() - length) <= same; });
+                                  [length](const auto& stepper) { return stepper->length() == length; });
   if (known == steppers.end()) {
     if (steppers.size() == kMost) steppers.erase(steppers.begin());
     steppers.push_back(std::make_shared<ModeStepper>(mode, length));

@@ -71,9 +71,9 @@ class ModeSearch {
   // The mode of `active`, kept; null where it has none.
   const Mode* ModeOf(const std::vector<Index>& active, const DataSizes& sizes);
 
-  // For steps of this length up to `end` in a mode of ModeOf(). The last few are kept: lengths that differ by no more
-  // than the rounding of `end` are the same.
-  std::shared_ptr<const ModeStepper> StepperOf(const Mode& mode, double length, double end);
+  // For steps of this length in a mode of ModeOf(). The last few are kept: with gates most lengths recur to the last
+  // bit, since differences of times are multiples of the rounding of times.
+  std::shared_ptr<const ModeStepper> StepperOf(const Mode& mode, double length);
 
   Index lcps() const { return lcps_; }
   Index modes_made() const { return modes_made_; }
