@@ -13,8 +13,11 @@
 
 namespace dlcs {
 
-// R⁻¹ is factored once. R B is computed by n solves and kept as a dense m × n matrix if that fits into memory. Threads:
-// const calls may run concurrently; the n solves use `workers`, with the same bits for any number of threads.
+// R⁻¹ is factored once. What y adds to the state, R B, takes n solves: where R⁻¹ = Pᵀ L Lᵀ P by Cholesky, their first
+// halves are kept, L⁻¹ P B and L⁻¹ P Nᵀ, which are sparse where B and N are, since the coupled LCP comes between the
+// halves of the solve for the state: N R r = (L⁻¹ P Nᵀ)ᵀ (L⁻¹ P r). Otherwise R B is kept as a dense m × n matrix if
+// that fits into memory. Threads: const calls may run concurrently; the n solves use `workers`, with the same bits for
+// any number of threads.
 class SparseStep {
  public:
   // `problem` must outlive it; `theta` is that of kTheta. A singular R⁻¹ gives numbers that are not finite.
@@ -22,15 +25,17 @@ class SparseStep {
 
   Scheme Description() const { return rule_.Description(); }
 
-  // The three parts of a step. StartWithSources() sets the columns 1.. of x to the terms of f. AddBefore() adds to x_j
-  // all other terms except that of y_j, and AddAfter() adds that one. `stage` is the finished first stage, used only
-  // with has_stage().
+  // The parts of a step. StartWithSources() sets the columns 1.. of x to the terms of f. AddBefore() adds to x_j all
+  // other terms except that of y_j, in a form that AddPairs() and AddAfter() know. AddPairs() adds N times those terms
+  // to `q`, and to `size` the sizes of what was summed up. AddAfter() adds the term of y_j and makes x_j the state.
+  // `stage` is the finished first stage, used only with has_stage().
   void StartWithSources(Segment& segment) const { rule_.StartWithSources(segment); }
   void AddBefore(Segment& segment, Index j, const Segment& stage) const;
+  void AddPairs(const Segment& segment, Index j, Vector& q, Vector& size) const;
   void AddAfter(Segment& segment, Index j) const;
 
-  // Whether a step has a first stage. StartStage() prepares it as step 1 of `stage`: its sources, and all terms of X
-  // except that of Y, which AddAfter() adds.
+  // Whether a step has a first stage. StartStage() prepares it as step 1 of `stage`: its sources, and like AddBefore()
+  // all terms of X except that of Y.
   bool has_stage() const { return rule_.has_stage(); }
   void StartStage(const Segment& segment, Index j, Segment& stage) const;
 
@@ -38,9 +43,13 @@ class SparseStep {
   const Matrix& CoupledTerm() const { return coupled_term_; }
 
  private:
+  Vector Before(const Vector& right) const;
+
   StepRule rule_;
   SparseFactor<double> factor_;
-  Matrix response_;  // weight R B; empty where it does not fit
+  bool keeps_halves_;
+  SparseMatrix half_of_N_, half_of_B_;  // L⁻¹ P Nᵀ and weight L⁻¹ P B, where it does
+  Matrix response_;                     // else weight R B; empty where it does not fit
   Matrix coupled_term_;
 };
 

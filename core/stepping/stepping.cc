@@ -124,8 +124,8 @@ LcpStatus Stepper::Substitute(Segment& segment, const Vector& size_of_g, Index j
   auto y = segment.y.col(j);
   size_ = size_of_g;
   if (sparse_) {
-    q_ = problem_.N * x;
-    size_ += problem_.N.AbsTimes(x.cwiseAbs());
+    q_.setZero();
+    sparse_->AddPairs(segment, j, q_, size_);
   } else {
     q_.noalias() = problem_.N.Dense() * x;
     size_.noalias() += abs_N_ * x.cwiseAbs();
