@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/discretization/sparse_step.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -18,16 +19,34 @@ SparseFactor<double> Factor(const Problem &problem, double scale) {
   return {A, SparseOrder(A, E), 1.0, scale, E};
 }
 
-// The first halves of the solves for all columns. Entries that are lost beside the largest one of their column, even in
-// twice the working precision, are left out: they decay on the way through the factor.
-SparseMatrix FirstHalves(const SparseFactor<double> &factor, const SparseMatrix &columns, Workers &workers) {
+// Entries that are lost beside the largest one of their column, even in twice the working precision, are left out: they
+// decay on the way through the factor.
+double LeastEntry(const Vector &half) {
   constexpr double kLost = std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon();
+  return kLost * MaxAbs(half);
+}
+
+// Whether the first halves of the solves for the columns of Nᵀ and B take less reading than a solve. Some of Nᵀ tell.
+bool AreHalvesSparse(const SparseFactor<double> &factor, const SparseMatrix &transpose_of_N) {
+  constexpr Index kSamples = 4;
+  const Index count = transpose_of_N.cols();
+  double entries = 0, columns = 0;
+  for (Index j = 0; j < count; j += std::max<Index>(1, count / kSamples)) {
+    const Vector half = factor.FirstHalf(Vector(transpose_of_N.col(j)));
+    entries += static_cast<double>((half.array().abs() > LeastEntry(half)).count());
+    ++columns;
+  }
+  const double bytes_of_column = entries / columns * (sizeof(double) + sizeof(int));
+  return 2 * static_cast<double>(count) * bytes_of_column <= factor.bytes_of_a_solve();
+}
+
+SparseMatrix FirstHalves(const SparseFactor<double> &factor, const SparseMatrix &columns, Workers &workers) {
   const Index count = columns.cols();
   std::vector<std::vector<std::pair<Index, double>>> entries(static_cast<std::size_t>(count));
   workers.ForBlocks(count, kColumnsAtOnce, [&](Index, Index begin, Index end) {
     for (Index j = begin; j < end; ++j) {
       const Vector half = factor.FirstHalf(Vector(columns.col(j)));
-      const double least = kLost * MaxAbs(half);
+      const double least = LeastEntry(half);
       for (Index i = 0; i < half.size(); ++i) {
         if (std::abs(half[i]) > least) entries[static_cast<std::size_t>(j)].emplace_back(i, half[i]);
       }
@@ -50,12 +69,11 @@ SparseMatrix FirstHalves(const SparseFactor<double> &factor, const SparseMatrix 
 SparseStep::SparseStep(const Problem &problem, double step, SparseRule rule, double theta, Workers &workers)
     : rule_(problem, step, rule, theta), factor_(Factor(problem, rule_.shift())) {
   const Index m = problem.num_states(), n = problem.num_constraints();
-  const bool fits = m <= StructuredMatrix::kMaxDenseEntries / n;
-  const SparseMatrix B = problem.B.Sparse();
-  keeps_halves_ = fits && factor_.has_halves();
+  const SparseMatrix B = problem.B.Sparse(), transpose_of_N = problem.N.Sparse().transpose();
+  keeps_halves_ = factor_.has_halves() && AreHalvesSparse(factor_, transpose_of_N);
   coupled_term_.resize(n, n);
   if (keeps_halves_) {
-    FirstHalves(factor_, SparseMatrix(problem.N.Sparse().transpose()), workers).swap(half_of_N_);
+    FirstHalves(factor_, transpose_of_N, workers).swap(half_of_N_);
     FirstHalves(factor_, rule_.weight() * B, workers).swap(half_of_B_);
     workers.ForBlocks(n, kColumnsAtOnce, [&](Index, Index begin, Index end) {
       coupled_term_.middleCols(begin, end - begin) =
@@ -63,7 +81,10 @@ SparseStep::SparseStep(const Problem &problem, double step, SparseRule rule, dou
     });
     return;
   }
-  if (fits) response_.resize(m, n);
+  const double bytes_of_response = sizeof(double) * static_cast<double>(m) * static_cast<double>(n);
+  if (m <= StructuredMatrix::kMaxDenseEntries / n && bytes_of_response <= factor_.bytes_of_a_solve()) {
+    response_.resize(m, n);
+  }
   workers.ForBlocks(n, kColumnsAtOnce, [&](Index, Index begin, Index end) {
     const Matrix columns = factor_.Solve(rule_.weight() * Matrix(B.middleCols(begin, end - begin)));
     coupled_term_.middleCols(begin, end - begin) = problem.N * columns;

@@ -13,11 +13,16 @@
 
 namespace dlcs {
 
-// R⁻¹ is factored once. What y adds to the state, R B, takes n solves: where R⁻¹ = Pᵀ L Lᵀ P by Cholesky, their first
-// halves are kept, L⁻¹ P B and L⁻¹ P Nᵀ, which are sparse where B and N are, since the coupled LCP comes between the
-// halves of the solve for the state: N R r = (L⁻¹ P Nᵀ)ᵀ (L⁻¹ P r). Otherwise R B is kept as a dense m × n matrix if
-// that fits into memory. Threads: const calls may run concurrently; the n solves use `workers`, with the same bits for
-// any number of threads.
+// R⁻¹ is factored once. The coupled LCP needs N R r before y is known, and then x takes R B y. What reads the least
+// memory is chosen for that:
+//
+// - Where R⁻¹ = Pᵀ L Lᵀ P by Cholesky, the LCP may come between the halves of the solve for the state, since N R r =
+//   (L⁻¹ P Nᵀ)ᵀ (L⁻¹ P r). Then L⁻¹ P Nᵀ and L⁻¹ P B are kept, which are sparse where N and B are.
+// - Else R B is kept, a dense m × n matrix.
+// - Or each y takes a solve of its own.
+//
+// Cost: n solves. Threads: const calls may run concurrently; the n solves use `workers`, with the same bits for any
+// number of threads.
 class SparseStep {
  public:
   // `problem` must outlive it; `theta` is that of kTheta. A singular R⁻¹ gives numbers that are not finite.
@@ -49,7 +54,7 @@ class SparseStep {
   SparseFactor<double> factor_;
   bool keeps_halves_;
   SparseMatrix half_of_N_, half_of_B_;  // L⁻¹ P Nᵀ and weight L⁻¹ P B, where it does
-  Matrix response_;                     // else weight R B; empty where it does not fit
+  Matrix response_;                     // weight R B, or empty
   Matrix coupled_term_;
 };
 

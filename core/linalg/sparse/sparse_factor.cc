@@ -145,6 +145,11 @@ double SparseFactor<Scalar>::bytes() const {
 }
 
 template <typename Scalar>
+double SparseFactor<Scalar>::bytes_of_a_solve() const {
+  return factors_->cholesky ? 2 * bytes() : bytes();
+}
+
+template <typename Scalar>
 bool SparseFactor<Scalar>::has_halves() const {
   return is_regular_ && factors_->cholesky.has_value();
 }

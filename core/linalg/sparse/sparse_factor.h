@@ -50,6 +50,8 @@ class SparseFactor {
   bool is_regular() const { return is_regular_; }
   // The memory of the factors.
   double bytes() const;
+  // What a solve reads of it.
+  double bytes_of_a_solve() const;
 
   // (zE - sA)⁻¹ times the columns; not finite where the matrix is singular. Safe to call from several threads.
   Columns Solve(const Eigen::Ref<const Columns>& columns) const;
