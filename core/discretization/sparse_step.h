@@ -13,8 +13,16 @@
 
 namespace dlcs {
 
-// R⁻¹ is factored once. R B is computed by n solves and kept as a dense m × n matrix if that fits into memory. Threads:
-// const calls may run concurrently; the n solves use `workers`, with the same bits for any number of threads.
+// R⁻¹ is factored once. The coupled LCP needs N R r before y is known, and then x takes R B y. What reads the least
+// memory is chosen for that:
+//
+// - Where R⁻¹ = Pᵀ L Lᵀ P by Cholesky, the LCP may come between the halves of the solve for the state, since N R r =
+//   (L⁻¹ P Nᵀ)ᵀ (L⁻¹ P r). Then L⁻¹ P Nᵀ and L⁻¹ P B are kept, which are sparse where N and B are.
+// - Else R B is kept, a dense m × n matrix.
+// - Or each y takes a solve of its own.
+//
+// Cost: n solves. Threads: const calls may run concurrently; the n solves use `workers`, with the same bits for any
+// number of threads.
 class SparseStep {
  public:
   // `problem` must outlive it; `theta` is that of kTheta. A singular R⁻¹ gives numbers that are not finite.
@@ -22,15 +30,17 @@ class SparseStep {
 
   Scheme Description() const { return rule_.Description(); }
 
-  // The three parts of a step. StartWithSources() sets the columns 1.. of x to the terms of f. AddBefore() adds to x_j
-  // all other terms except that of y_j, and AddAfter() adds that one. `stage` is the finished first stage, used only
-  // with has_stage().
+  // The parts of a step. StartWithSources() sets the columns 1.. of x to the terms of f. AddBefore() adds to x_j all
+  // other terms except that of y_j, in a form that AddPairs() and AddAfter() know. AddPairs() adds N times those terms
+  // to `q`, and to `size` the sizes of what was summed up. AddAfter() adds the term of y_j and makes x_j the state.
+  // `stage` is the finished first stage, used only with has_stage().
   void StartWithSources(Segment& segment) const { rule_.StartWithSources(segment); }
   void AddBefore(Segment& segment, Index j, const Segment& stage) const;
+  void AddPairs(const Segment& segment, Index j, Vector& q, Vector& size) const;
   void AddAfter(Segment& segment, Index j) const;
 
-  // Whether a step has a first stage. StartStage() prepares it as step 1 of `stage`: its sources, and all terms of X
-  // except that of Y, which AddAfter() adds.
+  // Whether a step has a first stage. StartStage() prepares it as step 1 of `stage`: its sources, and like AddBefore()
+  // all terms of X except that of Y.
   bool has_stage() const { return rule_.has_stage(); }
   void StartStage(const Segment& segment, Index j, Segment& stage) const;
 
@@ -38,9 +48,13 @@ class SparseStep {
   const Matrix& CoupledTerm() const { return coupled_term_; }
 
  private:
+  Vector Before(const Vector& right) const;
+
   StepRule rule_;
   SparseFactor<double> factor_;
-  Matrix response_;  // weight R B; empty where it does not fit
+  bool keeps_halves_;
+  SparseMatrix half_of_N_, half_of_B_;  // L⁻¹ P Nᵀ and weight L⁻¹ P B, where it does
+  Matrix response_;                     // weight R B, or empty
   Matrix coupled_term_;
 };
 

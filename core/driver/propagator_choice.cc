@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "core/discretization/graded_grid.h"
 #include "core/discretization/grid.h"
+#include "core/discretization/step_rule.h"
 #include "core/driver/memory_prediction.h"
 #include "core/linalg/sparse/krylov_solver.h"
 #include "core/linalg/sparse/sparse_factor.h"
@@ -58,13 +59,26 @@ PropagatorChoice Use(std::shared_ptr<Propagator> system) {
   return choice;
 }
 
-// The steps of a solve, of all lengths. Where they are found by trial, there are some 64 + 128 + ... + 4096.
+// The steps of a solve, of all lengths. Where they are found by trial, there are some 64 + 128 + ... + 4096 for the
+// default tolerance, and four trials at least.
 struct StepCount {
   double steps, lengths;
 };
 
+constexpr double kFirstTrial = 64;
+
+double StepsOfLastTrial(const Options& options) {
+  constexpr double kOfDefault = 4096, kLeast = 512, kPower = 0.3;
+  if (!(options.error_tolerance > 0)) return kOfDefault;
+  const double steps = kOfDefault * std::pow(Options::kDefaultErrorTolerance / options.error_tolerance, kPower);
+  return std::clamp(steps, kLeast, kOfDefault);
+}
+
 StepCount StepsInAll(const Problem& problem, const Options& options) {
-  if (!options.has_grid()) return {8128, 7};
+  if (!options.has_grid()) {
+    const double last = StepsOfLastTrial(options);
+    return {2 * last - kFirstTrial, 1 + std::log2(last / kFirstTrial)};
+  }
   const double given = CountSteps(problem.horizon, BreakPoints(problem), options);
   return options.estimate_error ? StepCount{1.75 * given, 3} : StepCount{given, 1};
 }
@@ -74,7 +88,7 @@ StepCount StepsInAll(const Problem& problem, const Options& options) {
 StepCount SteppingStepsInAll(const Problem& problem, const Options& options) {
   StepCount count = StepsInAll(problem, options);
   if (options.has_grid() || !(options.error_tolerance > 0)) return count;
-  constexpr double kFirstTrial = 64, kStepsOfALevel = 6;
+  constexpr double kStepsOfALevel = 6;
   const double levels = std::clamp(std::log2(problem.horizon / kFirstTrial / FastestStep(problem)) / 2, 0.0, 20.0);
   return {count.steps * (1 + kStepsOfALevel * levels / kFirstTrial), count.lengths * (1 + levels)};
 }
@@ -85,16 +99,20 @@ struct Seconds {
   double lcps_of_stepping, iterating;  // iterating with its LCPs
 };
 
-// Bounds the spectral radius of the Jacobi matrix of I - hA for a symmetric A without E, for the shortest step of the
-// last trial or the steps that are given; else 1. Pairs do not count.
+// Whether a step is to have two stages if the method becomes one of steps.
+bool MayHaveTwoStages(const Options& options) {
+  return options.method == Method::kAuto && options.theta == 0 && !options.average_y;
+}
+
+// Bounds the spectral radius of the Jacobi matrix of I - sA for a symmetric A without E, for the shift s of the longest
+// step of the last trial or of the steps that are given; else 1. Pairs do not count.
 double JacobiRadius(const Problem& problem, const Options& options) {
-  constexpr double kStepsOfLastTrial = 4096;
   if (problem.has_mass()) return 1;
   const SparseMatrix A = problem.A.Sparse();
   if (!IsSymmetric(A)) return 1;
   const double steps =
-      options.has_grid() ? CountSteps(problem.horizon, BreakPoints(problem), options) : kStepsOfLastTrial;
-  const double h = problem.horizon / steps;
+      options.has_grid() ? CountSteps(problem.horizon, BreakPoints(problem), options) : StepsOfLastTrial(options);
+  const double h = problem.horizon / steps * (MayHaveTwoStages(options) ? StepRule::kStage : 1);
   const Vector diagonal = A.diagonal();
   const Vector others = problem.A.AbsTimes(Vector::Ones(A.rows())) - diagonal.cwiseAbs();
   const Vector pivots = 1 - h * diagonal.array();
@@ -105,10 +123,11 @@ double JacobiRadius(const Problem& problem, const Options& options) {
 // The constants were measured on grids of one to three dimensions with m from 343 to 20,000 and n from 2 to 150, where
 // each prediction is within a factor of four. What they decide between differs by ten to a hundred.
 Seconds PredictSeconds(const Problem& problem, const Options& options, const FactorSize& factor) {
-  constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 15, kSetupIterations = 20;
+  constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 12, kSetupIterations = 20;
   constexpr double kDiagonalEntry = 1.5e-9, kDiagonalIterations = 9;  // per square root of the condition number
   constexpr double kLcpSetup = 3.5e-10, kLcp = 2e-9;
   constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
+  constexpr double kCholesky = 1.7e-9, kLu = 0.8e-9, kFactorEntry = 1e-9;
   constexpr double kState = 5e-8;  // sources, certificate and records of a step
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
   const auto [steps, lengths] = StepsInAll(problem, options);
@@ -118,14 +137,15 @@ Seconds PredictSeconds(const Problem& problem, const Options& options, const Fac
   const double iteration = kKrylovStart + (by_diagonal ? kDiagonalEntry : kKrylovEntry) * factor.matrix_nonzeros;
   const double iterations =
       by_diagonal ? kDiagonalIterations * std::sqrt((1 + radius) / (1 - radius)) : kKrylovIterations;
-  const double solve = 2 * factor.nonzeros * kMultiplication;
+  const double factoring = factor.multiplications * (IsSymmetric(problem.A.Sparse()) ? kCholesky : kLu);
+  const double solve = 2 * factor.nonzeros * kFactorEntry;
+  const double stages = MayHaveTwoStages(options) ? 2 : 1;
   return {
       .contour = lengths * kContourEntry * factor.nonzeros + steps * 2 * n * n * kContourTerms * kMultiplication,
       .dense = lengths * kDenseSetup * m * m * m + steps * m * m * kMultiplication,
-      .stepping =
-          in_lengths * (2 * factor.multiplications * kMultiplication + n * solve) + in_steps * (4 * solve + kState * m),
+      .stepping = in_lengths * (factoring + n * solve) + in_steps * (stages * solve + kState * m),
       .lcps_of_stepping = in_lengths * kLcpSetup * n * n * n + in_steps * kLcp * n * n,
-      .iterating = (in_lengths * kSetupIterations + in_steps * iterations) * iteration,
+      .iterating = (in_lengths * kSetupIterations + in_steps * stages * iterations) * iteration,
   };
 }
 

@@ -27,6 +27,7 @@ struct ResidualSize {
 
 KrylovSolver::KrylovSolver(CompressedRows<double> K, bool is_symmetric, Workers& workers, Team& team)
     : K_(std::move(K)),
+      diagonals_(SymmetricDiagonals::Of(K_)),
       is_symmetric_(is_symmetric),
       workers_(workers),
       team_(team),
@@ -103,7 +104,11 @@ void KrylovSolver::MultiplyRows(const Vector& x, Index begin, Index end, double*
       product[i - begin] = sum;
     }
   };
-  times(K_, x.data(), false);
+  if (diagonals_) {
+    diagonals_->MultiplyRows(x.data(), begin, end, product);
+  } else {
+    times(K_, x.data(), false);
+  }
   if (outside_.rows() > 0) times(outside_, outside_values_.data(), true);
 }
 
@@ -129,15 +134,18 @@ double KrylovSolver::Dot(const Eigen::Ref<const Vector>& a, const Eigen::Ref<con
   return team_.Sum(sums.first);
 }
 
+KrylovSolver::Sums KrylovSolver::MeasurePreconditioned(Index begin, Index end) const {
+  const auto z = z_.segment(begin, end - begin);
+  return {z.dot(r_.segment(begin, end - begin)), z.dot(q_.segment(begin, end - begin))};
+}
+
 KrylovSolver::Sums KrylovSolver::PreconditionResidual() {
   ++iterations_;
-  if (!uses_diagonal_) Precondition(r_, size_of_r_, z_);
-  const Sums sums = SumOfBlocks([&](Index begin, Index end) {
-    const auto part = [&](const Vector& vector) { return vector.segment(begin, end - begin); };
-    auto of_z = z_.segment(begin, end - begin);
-    if (uses_diagonal_) of_z = part(inverse_diagonal_).cwiseProduct(part(r_));
-    return Sums{of_z.dot(part(r_)), of_z.dot(part(q_))};
-  });
+  Sums sums = of_diagonal_;
+  if (!uses_diagonal_) {
+    Precondition(r_, size_of_r_, z_);
+    sums = SumOfBlocks([&](Index begin, Index end) { return MeasurePreconditioned(begin, end); });
+  }
   return {team_.Sum(sums.first), team_.Sum(sums.second)};
 }
 
@@ -147,10 +155,7 @@ KrylovSolver::Sums KrylovSolver::SumOfBlocks(const Body& body) {
   workers_.ForBlocks(K_.rows(), kRowsOfAVectorBlock,
                      [&](Index block, Index begin, Index end) { sums[block] = body(begin, end); });
   Sums sum;
-  for (const Sums& of_block : sums) {
-    sum.first += of_block.first;
-    sum.second += of_block.second;
-  }
+  for (const Sums& of_block : sums) sum += of_block;
   return sum;
 }
 
@@ -171,10 +176,17 @@ ResidualSize SizeOf(const Vector& r, const ResidualScale& scale, Index begin, In
 template <typename Body>
 void KrylovSolver::UpdateResidual(const Body& update) {
   std::vector<ResidualSize> sizes((r_.size() + kRowsOfAVectorBlock - 1) / kRowsOfAVectorBlock);
+  std::vector<Sums> sums(sizes.size());
   workers_.ForBlocks(r_.size(), kRowsOfAVectorBlock, [&](Index block, Index begin, Index end) {
     update(begin, end);
     sizes[block] = SizeOf(r_, scale_, begin, end);
+    if (!uses_diagonal_) return;
+    const Index rows = end - begin;
+    z_.segment(begin, rows) = inverse_diagonal_.segment(begin, rows).cwiseProduct(r_.segment(begin, rows));
+    sums[block] = MeasurePreconditioned(begin, end);
   });
+  of_diagonal_ = {};
+  for (const Sums& of_block : sums) of_diagonal_ += of_block;
   residual_ = size_of_r_ = 0;
   for (const ResidualSize& size : sizes) {
     residual_ = NanMax(residual_, size.scaled);

@@ -6,9 +6,11 @@
 #define DLCS_CORE_LINALG_SPARSE_KRYLOV_SOLVER_H_
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/linalg/sparse/compressed_rows.h"
+#include "core/linalg/sparse/symmetric_diagonals.h"
 #include "core/parallel/parallel.h"
 #include "core/parallel/team.h"
 #include "core/types.h"
@@ -93,6 +95,11 @@ class KrylovSolver {
   // Scalar products of the rows of this process, summed over blocks of rows in their order.
   struct Sums {
     double first = 0, second = 0;
+
+    void operator+=(const Sums& other) {
+      first += other.first;
+      second += other.second;
+    }
   };
   template <typename Body>
   Sums SumOfBlocks(const Body& body);
@@ -101,17 +108,22 @@ class KrylovSolver {
   double Dot(const Eigen::Ref<const Vector>& a, const Eigen::Ref<const Vector>& b);
   // z_ = the preconditioner applied to r_, which counts as an iteration. Returns z_ᵀr_ and z_ᵀq_.
   Sums PreconditionResidual();
-  // Calls update(begin, end), which changes those rows of r_, for blocks of rows, and measures r_.
+  // The same for z_ in these rows.
+  Sums MeasurePreconditioned(Index begin, Index end) const;
+  // Calls update(begin, end), which changes those rows of r_, for blocks of rows, and measures r_. Where the diagonal
+  // is the preconditioner it is applied in the same pass over memory.
   template <typename Body>
   void UpdateResidual(const Body& update);
   void ComputeResidual();
 
+  std::optional<SymmetricDiagonals> diagonals_;  // of K_, where they are few
   bool is_symmetric_;
   Workers& workers_;
   Team& team_;
   std::vector<std::uint8_t> is_fixed_;
   bool uses_diagonal_ = false;
   Vector inverse_diagonal_;  // where it does
+  Sums of_diagonal_;         // then those of PreconditionResidual(), in this process
   Index iterations_ = 0;
 
   const Vector* b_ = nullptr;

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/sparse/cholesky_panels.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/linalg/weyl_sequence.h"
 
@@ -101,7 +102,7 @@ class OrderedLu : public Eigen::SparseLU<Eigen::SparseMatrix<Scalar>, Eigen::Nat
 template <typename Scalar>
 struct SparseFactor<Scalar>::Factors {
   using Ordered = Eigen::SparseMatrix<Scalar>;
-  std::optional<Eigen::SimplicialLLT<Ordered, Eigen::Lower, Eigen::NaturalOrdering<int>>> cholesky;
+  std::optional<CholeskyPanels> cholesky;
   OrderedLu<Scalar> lu;
 };
 
@@ -113,9 +114,9 @@ SparseFactor<Scalar>::SparseFactor(const SparseMatrix& A, const Order& order, Sc
   ordered.makeCompressed();
   if constexpr (std::is_same_v<Scalar, double>) {
     if (IsSymmetric(A) && IsSymmetric(E)) {
-      factors_->cholesky.emplace(ordered);
-      is_regular_ = factors_->cholesky->info() == Eigen::Success;
-      if (!is_regular_) factors_->cholesky.reset();
+      const Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower, Eigen::NaturalOrdering<int>> factored(ordered);
+      is_regular_ = factored.info() == Eigen::Success;
+      if (is_regular_) factors_->cholesky.emplace(factored.matrixL().nestedExpression());
     }
   }
   if (!is_regular_) {
@@ -124,11 +125,12 @@ SparseFactor<Scalar>::SparseFactor(const SparseMatrix& A, const Order& order, Sc
   }
   if (!is_regular_) return;
   // ‖A‖_1 ‖A⁻¹v‖ / ‖v‖ is below the condition number, and seldom far for a v without a pattern.
-  Columns probe(A.rows(), 1);
-  for (Index i = 0; i < A.rows(); ++i) probe(i, 0) = (i % 2 ? -1.0 : 1.0) * (1 + WeylValue(static_cast<double>(i)));
+  Column probe(A.rows());
+  for (Index i = 0; i < A.rows(); ++i) probe[i] = (i % 2 ? -1.0 : 1.0) * (1 + WeylValue(static_cast<double>(i)));
   double norm = 0;
   for (Index j = 0; j < ordered.cols(); ++j) norm = NanMax(norm, ordered.col(j).cwiseAbs().sum());
-  const double condition = norm * MaxAbs(SolveInOrder(probe).cwiseAbs()) / 2;
+  SolveInOrder(probe);
+  const double condition = norm * MaxAbs(probe.cwiseAbs()) / 2;
   is_regular_ = condition * std::numeric_limits<double>::epsilon() < 1;  // not for NaN
 }
 
@@ -139,15 +141,41 @@ SparseFactor<Scalar>::~SparseFactor() = default;
 
 template <typename Scalar>
 double SparseFactor<Scalar>::bytes() const {
-  if (factors_->cholesky) {
-    return (sizeof(Scalar) + sizeof(int)) * double(factors_->cholesky->matrixL().nestedExpression().nonZeros());
-  }
-  return factors_->lu.bytes();
+  return factors_->cholesky ? factors_->cholesky->bytes() : factors_->lu.bytes();
 }
 
 template <typename Scalar>
-typename SparseFactor<Scalar>::Columns SparseFactor<Scalar>::SolveInOrder(const Columns& columns) const {
-  return factors_->cholesky ? Columns(factors_->cholesky->solve(columns)) : Columns(factors_->lu.solve(columns));
+double SparseFactor<Scalar>::bytes_of_a_solve() const {
+  return factors_->cholesky ? 2 * bytes() : bytes();
+}
+
+template <typename Scalar>
+bool SparseFactor<Scalar>::has_halves() const {
+  return is_regular_ && factors_->cholesky.has_value();
+}
+
+template <typename Scalar>
+typename SparseFactor<Scalar>::Column SparseFactor<Scalar>::FirstHalf(const Eigen::Ref<const Column>& right) const {
+  Column half = order_ * right;
+  if constexpr (std::is_same_v<Scalar, double>) factors_->cholesky->SolveForward(half);
+  return half;
+}
+
+template <typename Scalar>
+typename SparseFactor<Scalar>::Column SparseFactor<Scalar>::SecondHalf(Column half) const {
+  if constexpr (std::is_same_v<Scalar, double>) factors_->cholesky->SolveBackward(half);
+  return order_.inverse() * half;
+}
+
+template <typename Scalar>
+void SparseFactor<Scalar>::SolveInOrder(Column& column) const {
+  if constexpr (std::is_same_v<Scalar, double>) {
+    if (factors_->cholesky) {
+      factors_->cholesky->SolveForward(column);
+      return factors_->cholesky->SolveBackward(column);
+    }
+  }
+  column = factors_->lu.solve(column).eval();
 }
 
 template <typename Scalar>
@@ -155,7 +183,17 @@ typename SparseFactor<Scalar>::Columns SparseFactor<Scalar>::Solve(const Eigen::
   if (!is_regular_) {
     return Columns::Constant(columns.rows(), columns.cols(), Scalar(std::numeric_limits<double>::quiet_NaN()));
   }
-  return order_.inverse() * SolveInOrder(order_ * columns);
+  if (!factors_->cholesky && columns.cols() > 1) {
+    return order_.inverse() * Columns(factors_->lu.solve(Columns(order_ * columns)));
+  }
+  Columns result(columns.rows(), columns.cols());
+  Column ordered(columns.rows());
+  for (Index j = 0; j < columns.cols(); ++j) {
+    ordered.noalias() = order_ * columns.col(j);
+    SolveInOrder(ordered);
+    result.col(j).noalias() = order_.inverse() * ordered;
+  }
+  return result;
 }
 
 template class SparseFactor<double>;

@@ -38,6 +38,7 @@ template <typename Scalar>
 class SparseFactor {
  public:
   using Columns = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+  using Column = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   using Order = Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int>;
 
   // `E` with 0 rows stands for the identity.
@@ -49,14 +50,22 @@ class SparseFactor {
   bool is_regular() const { return is_regular_; }
   // The memory of the factors.
   double bytes() const;
+  // What a solve reads of it.
+  double bytes_of_a_solve() const;
 
   // (zE - sA)⁻¹ times the columns; not finite where the matrix is singular. Safe to call from several threads.
   Columns Solve(const Eigen::Ref<const Columns>& columns) const;
 
+  // Where the factors are those of Cholesky, in the order P, Pᵀ L Lᵀ P: FirstHalf(b) = L⁻¹ P b, which is sparse where b
+  // is so, and SecondHalf(u) = Pᵀ L⁻ᵀ u. The solution is both.
+  bool has_halves() const;
+  Column FirstHalf(const Eigen::Ref<const Column>& right) const;
+  Column SecondHalf(Column half) const;
+
  private:
   struct Factors;
 
-  Columns SolveInOrder(const Columns& columns) const;
+  void SolveInOrder(Column& column) const;
 
   Order order_;
   std::unique_ptr<Factors> factors_;
