@@ -55,9 +55,15 @@ double LengthsKept(const Grid& grid, Index states) {
 
 double SparseStepBytes(const Problem& problem, double factor_nonzeros) {
   constexpr double kCouplings = 4;  // K_0, M + K_0, and what its LCPs keep
+  constexpr double kZerosOfPanels = 1.2;
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
-  return (kCouplings * n * n + std::min(m * n, static_cast<double>(StructuredMatrix::kMaxDenseEntries))) * kNumber +
-         factor_nonzeros * kNumberWithIndex;
+  const bool is_symmetric = IsSymmetric(problem.A.Sparse()) && IsSymmetric(problem.E.Sparse());
+  // Panels beside the factor that they are made of.
+  const double panels = is_symmetric ? factor_nonzeros * kNumber * kZerosOfPanels : 0;
+  const double of_a_solve = is_symmetric ? 2 * panels : factor_nonzeros * kNumberWithIndex;
+  // What is kept of the pairs is read in each step, and takes no more than a solve reads.
+  const double response = std::min(m * n, static_cast<double>(StructuredMatrix::kMaxDenseEntries)) * kNumber;
+  return kCouplings * n * n * kNumber + factor_nonzeros * kNumberWithIndex + panels + std::min(response, of_a_solve);
 }
 
 double PredictBytes(const Problem& problem, const Grid& grid, Method method, const PropagatorChoice& propagator) {
@@ -70,8 +76,9 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
   const double kernel =
       method == Method::kLaplaceIteration ? std::min(5 * n * n * steps, kMaxKernelDoubles) * kNumber : 0;
   const double run_columns = (kColumnsOfARun * n + 2 * psi) * steps * kNumber;
-  // Steps on states keep blocks of some steps, at most 16 MB for each matrix.
-  const double stretch = kColumnsOfARun * std::min(m * steps, std::max(m, 2e6)) * kNumber;
+  // Steps on states keep blocks of some steps: at most 16 MB for each matrix, with sparse factors 4 MB.
+  const double most = propagator.record.used == PropagatorKind::kSparseStepping ? 5e5 : 2e6;
+  const double stretch = kColumnsOfARun * std::min(m * steps, std::max(m, most)) * kNumber;
   switch (propagator.record.used) {
     case PropagatorKind::kAuto:
     case PropagatorKind::kDense:
