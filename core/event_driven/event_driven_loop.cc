@@ -92,7 +92,9 @@ bool EventDrivenLoop::Start(double begin) {
   Vector g(problem_.num_constraints());
   sampler_.G(begin, Side::kRight, g);
   // What is no more than the rounding of x is zero: N x alone shows no other size than its own.
-  x_ = (x_.array().abs() <= magnitudes_.x_noise.array()).select(0, x_);
+  const Vector noise = (x_.array().abs() <= magnitudes_.x_noise.array()).select(x_, 0);
+  x_ -= noise;
+  errors_.AddMissed(noise.cwiseAbs());
   repelled_ = RepelledStarts(problem_.num_constraints());
   bool y_is_solution = false;
   const std::size_t jumps = context_.solution.jumps.size();

@@ -506,6 +506,7 @@ class Search {
       return behind != result_.gaps.end() && behind->from <= t;
     };
     std::vector<double> before, after;
+    double widest = 0;  // of the parts of the last interval
     for (std::size_t k = 0; k <= times.size(); ++k) {
       const double from = k == 0 ? begin_ : times[k - 1], to = k == times.size() ? end_ : times[k];
       double inside = from + kCut * (to - from);
@@ -520,7 +521,14 @@ class Search {
       }
       const bool is_one = k > 0 && !after.empty() && after == before && !is_gap(times[k - 1]);
       if (k > 0 && !is_one) result_.times.push_back(times[k - 1]);
-      if (!is_one) result_.inside.push_back(inside);
+      if (!is_one) {
+        result_.inside.push_back(inside);
+        widest = to - from;
+      } else if (to - from > widest) {
+        // A part may be as short as rounding, where enclosures decide nothing.
+        result_.inside.back() = inside;
+        widest = to - from;
+      }
       before = after;
     }
   }

@@ -180,6 +180,23 @@ TEST(EventDrivenTest, CrossesDeclaredAndUndeclaredJumpsOfSources) {
   EXPECT_LT(SolveAt(declared, 1e-9).cost.steps, 12);
 }
 
+// x' = 3 (gate - x), y = 0: a gate that is open for a quarter of its period, shifted by whole periods.
+TEST(EventDrivenTest, GatesMayBeShiftedByWholePeriods) {
+  double exact = 0;
+  for (int period = 0; period < 10; ++period) exact = (1 + (exact - 1) * std::exp(-3 * 0.025)) * std::exp(-3 * 0.075);
+  for (const char* phase : {"t/0.1", "(t-0.1)/0.1", "(t+0.1)/0.1", "(t-1)/0.1", "(t+2)/0.1"}) {
+    const std::string gate = std::string("3*(") + phase + "-floor(" + phase + ")<0.25)";
+    for (const double size : {1.0, 1e-4}) {
+      Problem problem = Scalar(-3, 0, 0, 1);
+      problem.f = TimeFunction::Formulas({std::to_string(size) + "*" + gate});
+      problem.g = TimeFunction::Formulas({gate});
+      const Solution solution = SolveAt(problem, 1e-6);
+      EXPECT_NEAR(LastState(solution)[0] / size, exact, 1e-13) << gate;
+      EXPECT_LT(solution.accuracy.error, 1e-12) << gate;
+    }
+  }
+}
+
 TEST(EventDrivenTest, SamplesAreStraightBetweenTheirTimes) {
   Problem problem = Scalar(0, 1, 0, 1);  // y = 0
   problem.f = TimeFunction::Sampled({0, 0.3, 1}, Matrix{{0, 3, 0}});

@@ -257,5 +257,22 @@ TEST(TimeFunctionTest, RefusesToCompileWithTheFirstViolation) {
   EXPECT_THAT(std::string(evaluator.status().message()), HasSubstr("function: 2 components; must be 3"));
 }
 
+// Shifted by whole periods, the operand of a floor is whole at 0 but for rounding: a part of the first interval is as
+// short as that.
+TEST(TimeFunctionTest, TheRoundingOfAGateIsThatOfItsValue) {
+  for (const char* phase : {"t/0.1", "(t-0.1)/0.1", "(t+0.1)/0.1", "(t-1)/0.1", "(t-0.3)/0.1", "(t+1)", "(t-7)/0.7"}) {
+    const std::string text = std::string("3*(") + phase + "-floor(" + phase + ")<0.25)";
+    const TimeFunction function = TimeFunction::Formulas({text});
+    const TimeAxis axis{1, BreakPoints(function, 1)};
+    auto evaluator = TimeFunctionEvaluator::Create(function, 1, axis);
+    ASSERT_TRUE(evaluator.ok()) << evaluator.status();
+    Vector rounding(1);
+    for (const double t : {0.005, 0.05, 0.51, 0.93}) {
+      evaluator->RoundingAt(t, rounding);
+      EXPECT_LT(rounding[0], 1e-14) << text << " at " << t;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dlcs
