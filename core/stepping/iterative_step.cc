@@ -41,20 +41,24 @@ IterativeStep::IterativeStep(const Problem& problem, double step, SparseRule rul
       solver_(SolverOf(system_, workers)),
       team_(Team::Alone()) {
   system_.K = RowMajorMatrix();
-  PrepareRightHandSides();
+  Prepare();
 }
 
 IterativeStep::IterativeStep(const StepRule& rule, IterativeSystem system, std::unique_ptr<BoundedSolver> solver,
                              Team& team, double tolerance)
     : rule_(rule), tolerance_(tolerance), system_(std::move(system)), solver_(std::move(solver)), team_(team) {
-  PrepareRightHandSides();
+  Prepare();
 }
 
-void IterativeStep::PrepareRightHandSides() {
+void IterativeStep::Prepare() {
   Index unknowns = rule_.problem().num_states();
   for (const IterativeSystem::Pair& pair : system_.pairs) unknowns += !pair.is_obstacle;
   right_.resize(unknowns);
   bounds_.setZero(static_cast<Index>(system_.pairs.size()));
+  if (!team_.is_alone()) return;
+  const Problem& problem = rule_.problem();
+  sizes_of_N_ = problem.N.AbsTimes(Vector::Ones(problem.num_states()));
+  sizes_of_M_ = problem.M.AbsTimes(Vector::Ones(problem.num_constraints()));
 }
 
 IterativeStep::State IterativeStep::StateOf(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
@@ -96,7 +100,22 @@ LcpStatus IterativeStep::Solve(const Vector& right, const Eigen::Ref<const Vecto
   const ResidualScale tolerance{.split = m,
                                 .first = NanMax(tolerance_ * size_of_x + kRounding * of_states, kLeast),
                                 .second = NanMax(tolerance_ * of_pairs, kLeast)};
-  return solver_->Solve(right_, bounds_, tolerance, state.z, state.multipliers);
+  const LcpStatus verdict = solver_->Solve(right_, bounds_, tolerance, state.z, state.multipliers);
+  return verdict == LcpStatus::kSolved && !HoldsInEachPair(state, g) ? LcpStatus::kPivotLimit : verdict;
+}
+
+bool IterativeStep::HoldsInEachPair(const State& state, const Eigen::Ref<const Vector>& g) const {
+  constexpr double kGross = 1e3;  // terms of rows on a grid differ
+  if (!team_.is_alone()) return true;
+  const Problem& problem = rule_.problem();
+  const Vector x = StatesOf(state), y = PairsOf(state);
+  const Vector w = problem.N * x + problem.M * y + g;
+  const Vector terms = sizes_of_N_ * MaxAbs(x) + sizes_of_M_ * MaxAbs(y) + g.cwiseAbs();
+  for (Index i = 0; i < w.size(); ++i) {
+    const double wrong = y[i] > 0 ? std::abs(w[i]) : -w[i];
+    if (!system_.pairs[i].is_obstacle && wrong > kGross * tolerance_ * terms[i]) return false;
+  }
+  return true;
 }
 
 Vector IterativeStep::StatesOf(const State& state) const {

@@ -149,6 +149,34 @@ TEST(IterativeStepTest, TakesSparseFactorsWhereActiveSetsCycle) {
   ASSERT_FALSE(solution.warnings.empty());
 }
 
+// States of size 1e-10, and pairs without states beside others: in the units of a symmetric system the rows of the
+// pairs differ by 1e22, and the residual of all of them shows nothing of the small ones.
+TEST(IterativeStepTest, SolvesPairsOfAnySizeBesideEachOther) {
+  constexpr double kUnit = 1e-10;
+  const Matrix coupling{{-0.1, 0.6, 0.1, 0, 0}, {-0.5, 0.4, 1.3, 0, 0}};
+  Problem problem;
+  problem.A = StructuredMatrix(SparseMatrix(Matrix{{-1, 0.5}, {0.3, -2}}.sparseView()));
+  problem.B = StructuredMatrix(SparseMatrix((kUnit * coupling).sparseView()));
+  problem.N = StructuredMatrix(SparseMatrix((1 / kUnit * coupling.transpose()).sparseView()));
+  problem.M = StructuredMatrix(SparseMatrix(Matrix{
+      {0.01, 1.6, -1, 0.1, 0.9},
+      {-1.6, 0.01, -1.6, -1.1, 0},
+      {1, 1.6, 0.01, -1, 1.2},
+      {-0.1, 1.1, 1, 0.01, 0.3},
+      {-0.9, 0, -1.2, -0.3, 0.01}}.sparseView()));
+  problem.f = TimeFunction::Formulas({"1e-10*sin(9*t)", "1e-10*cos(7*t)"});
+  problem.g = TimeFunction::Formulas(
+      {"-0.2-0.4*sin(7*t)", "0.5+2.4*sin(7*t)", "0.2+4.5*sin(7*t)", "0.4-3.8*sin(5*t)", "-0.7+4.5*sin(9*t)"});
+  problem.x0 = kUnit * Vector{{1, -0.5}};
+  problem.horizon = 1;
+  const Method steps = Method::kTimeStepping;
+  const Solution direct = SolveToEnd(problem, With(PropagatorKind::kSparseStepping, steps, 20));
+  const Solution solution = SolveToEnd(problem, With(PropagatorKind::kIterativeStepping, steps, 20));
+  EXPECT_LE(solution.certificate.node_residual, 1e-9 * solution.certificate.lcp_scale);
+  EXPECT_LE(MaxAbs(solution.x - direct.x), 1e-7 * MaxAbs(direct.x));
+  EXPECT_LE(MaxAbs(solution.y - direct.y), 1e-7 * MaxAbs(direct.y));
+}
+
 TEST(IterativeStepTest, IsRefusedWhereItDoesNotServe) {
   Problem problem = Membrane(8);
   SparseMatrix N = problem.N.Sparse();
