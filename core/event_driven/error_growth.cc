@@ -121,8 +121,7 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
     if (e + 1 == kErrors) of_data = SignsThatLast(mode.slowest, step.row_noise, in_rows, SignsLike(in_rows, of_data));
     rows.col(e) = of_data.cwiseProduct(step.row_noise) + Signs(e, in_rows).cwiseProduct(missed);
   }
-  ModeStepper::Response response =
-      s_end == 1 ? step.stepper->RespondAtEnd(errors_, rows) : step.stepper->Respond(errors_, rows, at);
+  ModeStepper::Response response = step.stepper->RespondAt(s_end, errors_, rows);
   errors_ = std::move(response.values);
   slopes_ = std::move(response.slopes);
   // In the triangular form they have the rounding of others.

@@ -19,8 +19,7 @@ void FlowDerivative::AddStep(const SmoothStep& step, const StepSources& sources,
   const Mode& mode = step.stepper->mode();
   // A state off the constraints of the mode would be moved onto them.
   if (mode.num_algebraic > 0) Phi_ -= mode.correction * Matrix(mode.algebraic_rows() * Phi_);
-  ModeStepper::Response response = s_end == 1 ? step.stepper->RespondAtEnd(Phi_, Matrix())
-                                              : step.stepper->Respond(Phi_, Matrix(), LegendreValues(s_end));
+  ModeStepper::Response response = step.stepper->RespondAt(s_end, Phi_, Matrix());
   Phi_ = std::move(response.values);
   slopes_ = std::move(response.slopes);
   end_slope_ = SlopeAt(step, sources, s_end);

@@ -435,9 +435,9 @@ ModeStepper::Response ModeStepper::Respond(const Eigen::Ref<const Matrix>& start
   return response;
 }
 
-ModeStepper::Response ModeStepper::RespondAtEnd(const Eigen::Ref<const Matrix>& starts,
-                                                const Eigen::Ref<const Matrix>& sources) const {
-  if (!units_) return Respond(starts, sources, AtLooks().rightCols(1));
+ModeStepper::Response ModeStepper::RespondAt(double s, const Eigen::Ref<const Matrix>& starts,
+                                             const Eigen::Ref<const Matrix>& sources) const {
+  if (!units_ || s != 1) return Respond(starts, sources, LegendreValues(s));
   Response response{Combine(units_->values.back(), starts, sources), {}};
   if (!mode_->is_explicit()) response.slopes = Combine(units_->slopes, starts, sources);
   return response;

@@ -77,13 +77,14 @@ class ModeStepper {
   };
   Response Respond(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources,
                    const Eigen::Ref<const Matrix>& at) const;
-  // The same at the end of the step, and the values at kLooks positions, the last one the end.
-  Response RespondAtEnd(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources) const;
+  // The same at one position, and the values at kLooks positions, the last one the end.
+  Response RespondAt(double s, const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources) const;
   static constexpr Index kLooks = 4;
   Matrix RespondAtLooks(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources) const;
 
-  // Makes the last two products with kept matrices from now on, as pays where a step is taken many times. Does nothing
-  // for more than a few states, and where a component is fast, since what is a layer is no linear function.
+  // Makes the looks, and the end as one position, products with kept matrices from now on, as pays where a step is
+  // taken many times. Does nothing for more than a few states, and where a component is fast, since what is a layer is
+  // no linear function.
   void KeepResponses();
 
  private:

@@ -241,11 +241,11 @@ void ExpectSameResponsesWhenKept(const Mode& mode, double length) {
   const ModeStepper::Response unforced = stepper.Respond(starts, Matrix(), LegendreValues(1));
   stepper.KeepResponses();
   EXPECT_LT(MaxAbs(stepper.RespondAtLooks(starts, sources) - before), 1e-13 * MaxAbs(before));
-  const ModeStepper::Response kept = stepper.RespondAtEnd(starts, sources);
+  const ModeStepper::Response kept = stepper.RespondAt(1, starts, sources);
   EXPECT_LT(MaxAbs(kept.values - end.values), 1e-13 * MaxAbs(end.values));
   ASSERT_EQ(kept.slopes.size(), end.slopes.size());
   EXPECT_LE(MaxAbs(kept.slopes - end.slopes), 1e-13 * MaxAbs(end.slopes));
-  EXPECT_LT(MaxAbs(stepper.RespondAtEnd(starts, Matrix()).values - unforced.values), 1e-13 * MaxAbs(unforced.values));
+  EXPECT_LT(MaxAbs(stepper.RespondAt(1, starts, Matrix()).values - unforced.values), 1e-13 * MaxAbs(unforced.values));
 }
 
 TEST(ModeStepTest, KeepsResponses) {
