@@ -100,7 +100,7 @@ WindowResult WindowIteration::Iterate(Index number, WindowModel& window, Index f
   const double not_known = std::numeric_limits<double>::quiet_NaN();
   const double rate =
       is_accelerated ? not_known : context_.matrix_class.lipschitz.value_or(not_known) * window.KernelBound();
-  AndersonAcceleration acceleration(context_.options.acceleration);
+  AndersonAcceleration acceleration(context_.options.acceleration, context_.workers);
   Vector size = window.Sizes();
   Matrix next;
   std::vector<double> changes;  // relative to the size of each row
@@ -126,7 +126,7 @@ WindowResult WindowIteration::Iterate(Index number, WindowModel& window, Index f
     if (first < window.steps() && !IsTame(next, q, size)) return ended(WindowEnd::kFlightFailed);
     size = size.cwiseMax(seen.row_size);
     changes.push_back(RelativeChange(size, seen.row_change));
-    if (is_accelerated) next = acceleration.Next(q, next, size);
+    acceleration.Accelerate(q, size, next);
     q.swap(next);
 
     if (k == 1) first_change = MaxAbs(seen.row_change);

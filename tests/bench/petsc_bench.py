@@ -1,13 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Implicit Euler with equal steps for large sparse systems: PETSc beside `dlcs solve --method time-stepping`.
+"""Large sparse systems: PETSc beside `dlcs solve`.
 
-Usage: petsc_bench.py DLCS [CASE...]
+Usage: petsc_bench.py DLCS [--ranks 2] [CASE...]
+       petsc_bench.py DLCS --error 1e-5 [CASE...]
 
-Needs python3-petsc4py, numpy and scipy of Debian, which nothing else here needs. PETSc's TS beuler with SNES
-vinewtonrsls takes the same steps: the largest difference of y at T is printed. Each of its linear solvers runs in a
-process of its own, with one thread and a limit of time; wall time is that of the steps, without reading and writing.
-The report is a table in Markdown; "ratio" is the time of its quickest solver over ours.
+Needs python3-petsc4py, numpy and scipy of Debian, which nothing else here needs. Each of PETSc's linear solvers runs in
+a process of its own, with a limit of time; wall time is that of the steps, without reading and writing. The reports
+are tables in Markdown; a "ratio" is the time of the quickest solver of PETSc over ours.
+
+The first form takes equal steps of implicit Euler: PETSc's TS beuler with SNES vinewtonrsls takes the same ones, and
+the largest difference of y at T is printed. With --ranks PETSc runs on so many ranks and `dlcs` on as many threads.
+
+The second compares times for the same error of the states at ten times, relative to their largest component, where
+steps are as many as are needed in hindsight. The reference has eight times the steps that `dlcs` needs; that PETSc's
+schemes come to it as well is the check of it. Implicit Euler: the steps follow from the error of 400 steps, and the
+time from the first 200 of them. Beside it stands the time with --tolerance, which finds the steps and proves the error.
 """
 
 import glob
@@ -27,6 +35,16 @@ SOLVERS = {
     "GMRES, ILU": "-ksp_type gmres -pc_type ilu",
     "LU": "-ksp_type preonly -pc_type lu",
     "GMRES, hypre": "-ksp_type gmres -pc_type hypre",
+}
+SOLVERS_ON_RANKS = SOLVERS | {
+    "GMRES, ILU": "-ksp_type gmres -pc_type bjacobi -sub_pc_type ilu",
+    "LU": "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps",
+}
+EULER = "-ts_type beuler"
+SECOND_ORDER = {
+    "BDF2": "-ts_type bdf -ts_bdf_order 2",
+    "midpoint rule": "-ts_type theta -ts_theta_theta 0.5",
+    "ARKIMEX L2": "-ts_type arkimex -ts_arkimex_type l2 -ts_arkimex_fully_implicit",
 }
 
 
@@ -84,6 +102,7 @@ CASES = {
 }
 FORMULA = "sin(2*pi*t)/2"
 HORIZON = 1.0
+TIMES = 10  # whose states are compared
 
 
 def as_json(matrix):
@@ -99,8 +118,8 @@ def write(case, path):
     path.write_text(json.dumps(content | {"x0": case["x0"].tolist(), "T": HORIZON}))
 
 
-def solve_with_petsc(name, options):
-    """Prints seconds, Newton and Krylov iterations, memory and y at T as JSON."""
+def solve_with_petsc(name, steps, horizon, options):
+    """Prints seconds, Newton and Krylov iterations, memory and the solution at the end as JSON, from the first rank."""
     sys.path += glob.glob("/usr/lib/petscdir/petsc*/*-real/lib/python3/dist-packages")
     import petsc4py
 
@@ -115,21 +134,24 @@ def solve_with_petsc(name, options):
     blocks = blocks + pad
     stored.data[:] = 0
     K = (stored + blocks).tocsr()
+    world = PETSc.COMM_WORLD
+    begin = (m + n) * world.rank // world.size
+    end = (m + n) * (world.rank + 1) // world.size
+    K = K[begin:end]
     K.sort_indices()
-    A = PETSc.Mat().createAIJ(K.shape, csr=(K.indptr.astype("i4"), K.indices.astype("i4"), K.data))
+    A = PETSc.Mat().createAIJ(((end - begin, m + n), (end - begin, m + n)),
+                              csr=(K.indptr.astype("i4"), K.indices.astype("i4"), K.data), comm=world)  # fmt: skip
     J = A.duplicate(copy=True)
-    f, g = case["f"][:, 0], case["g"][:, 0]
+    is_state = np.arange(begin, end) < m
+    source_of = np.concatenate([-case["f"][:, 0], case["g"][:, 0]])[begin:end]
     mass = A.createVecLeft()
-    mass.getArray()[:m] = 1.0
-
-    def source(t):
-        return np.sin(2 * np.pi * t) / 2
+    mass.getArray()[:] = is_state
 
     def residual(ts, t, u, rate, F):
         A.mult(u, F)
         out = F.getArray()
-        out[:m] += rate.getArray(readonly=True)[:m] - f * source(t)
-        out[m:] += g * source(t)
+        out[is_state] += rate.getArray(readonly=True)[is_state]
+        out += source_of * (np.sin(2 * np.pi * t) / 2)
 
     def jacobian(ts, t, u, rate, shift, matrix, preconditioner):
         A.copy(preconditioner)
@@ -139,35 +161,49 @@ def solve_with_petsc(name, options):
         preconditioner.assemble()
         return True
 
-    ts = PETSc.TS().create()
-    ts.setType("beuler")
+    ts = PETSc.TS().create(world)
     ts.setIFunction(residual, A.createVecLeft())
     ts.setIJacobian(jacobian, J)
-    ts.setTimeStep(HORIZON / STEPS)
-    ts.setMaxSteps(STEPS)
-    ts.setMaxTime(2 * HORIZON)
+    ts.setTimeStep(horizon / steps)
+    ts.setMaxSteps(steps)
+    ts.setMaxTime(2 * horizon)
     newton = ts.getSNES()
     newton.setType("vinewtonrsls")
     low, high = A.createVecLeft(), A.createVecLeft()
-    low.set(-1e20)
-    low.getArray()[m:] = 0
+    low.getArray()[:] = np.where(is_state, -1e20, 0)
     high.set(1e20)
     newton.setVariableBounds(low, high)
     newton.setTolerances(rtol=1e-9, atol=1e-10)
-    ts.setFromOptions()  # -ts_adapt_type none is among them
+    ts.setFromOptions()  # the scheme, and that its steps are equal
+    states = []
     u = A.createVecLeft()
-    u.getArray()[:m] = case["x0"]
-    begin = time.perf_counter()
+    to_first, gathered = PETSc.Scatter.toZero(u)
+
+    def record(ts, step, t, u):
+        if step > 0 and step % (steps // TIMES) == 0:
+            to_first.scatter(u, gathered)
+            if world.rank == 0:
+                states.append(gathered.getArray().copy())
+
+    ts.setMonitor(record)
+    u.getArray()[:] = np.concatenate([case["x0"], np.zeros(n)])[begin:end]
+    begun = time.perf_counter()
     ts.solve(u)
-    seconds = time.perf_counter() - begin
-    good = ts.getStepNumber() == STEPS and ts.getConvergedReason() > 0
+    seconds = time.perf_counter() - begun
+    good = ts.getStepNumber() == steps and ts.getConvergedReason() > 0
+    if world.rank > 0:
+        return
     peak = next(int(l.split()[1]) for l in open("/proc/self/status") if l.startswith("VmHWM"))
     result = {"seconds": seconds, "good": good, "newton": ts.getSNESIterations(), "krylov": ts.getKSPIterations()}
-    print(json.dumps(result | {"peak_mb": peak / 1024, "y": u.getArray()[m:].tolist()}))
+    result |= {"peak_mb": peak / 1024, "y": states[-1][m:].tolist()}
+    print(json.dumps(result | {"x": np.concatenate([state[:m] for state in states]).tolist()}))
 
 
-def by_petsc(name, options):
-    command = [sys.executable, __file__, "--petsc", name, "-ts_adapt_type", "none", *options.split()]
+def by_petsc(name, options, steps=STEPS, horizon=HORIZON, ranks=1):
+    command = [sys.executable, __file__, "--petsc", name, str(steps), str(horizon), "-ts_adapt_type", "none",
+               *options.split()]  # fmt: skip
+    if ranks > 1:
+        command = ["mpirun", "--allow-run-as-root", "-n", str(ranks), *command]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=False)
         result = json.loads(done.stdout)
@@ -176,44 +212,120 @@ def by_petsc(name, options):
         return None
 
 
-def by_dlcs(dlcs, path, *options):
+def by_dlcs(dlcs, path, *options, times=1, threads=1):
     # A process keeps the peak of the one that forked it, which a shell between them makes a small one.
     by_shell = ["sh", "-c", '"$@"; exit $?', "sh"]
-    command = [dlcs, "solve", str(path), "--steps", str(STEPS), "--at", str(HORIZON), "--threads", "1", "--quiet",
-               "--no-estimate-error", "--format", "json", *options]  # fmt: skip
+    at = ",".join(f"{HORIZON * k / times:g}" for k in range(1, times + 1))
+    command = [dlcs, "solve", str(path), "--at", at, "--threads", str(threads), "--quiet", "--no-estimate-error",
+               "--format", "json", *options]  # fmt: skip
     result = json.loads(subprocess.run(by_shell + command, capture_output=True, text=True, check=False).stdout)
-    cost = result["summary"]["cost"]
+    summary, cost = result["summary"], result["summary"]["cost"]
     return {"seconds": cost["seconds_total"], "peak_mb": int(cost["process_peak_bytes"]) / 1e6,
-            "used": result["summary"]["propagator"]["used"], "y": result["trajectory"]["y"]}  # fmt: skip
+            "steps": summary.get("steps"), "x": result["trajectory"]["x"], "y": result["trajectory"]["y"]}  # fmt: skip
 
 
-def main(dlcs, wanted):
-    print("| case | states, pairs | PETSc: seconds (Newton, Krylov iterations; MB) | dlcs, the same steps | ratio "
-          "| y apart | dlcs, second order |")  # fmt: skip
-    print("| --- | --- | --- | --- | --- | --- | --- |")
-    for name in wanted or CASES:
+def quickest(results):
+    good = [r for r in results if r]
+    return min(good, key=lambda r: r["seconds"]) if good else None
+
+
+def with_same_steps(dlcs, name, path, ranks):
+    ours = by_dlcs(dlcs, path, "--steps", str(STEPS), "--method", "time-stepping", threads=ranks)
+    second = by_dlcs(dlcs, path, "--steps", str(STEPS), threads=ranks)
+    solvers = SOLVERS if ranks == 1 else SOLVERS_ON_RANKS
+    peers = {solver: by_petsc(name, EULER + " " + options, ranks=ranks) for solver, options in solvers.items()}
+    all_peers = "; ".join(
+        f"{solver}: " + (f"{r['seconds']:.2f} ({r['newton']}, {r['krylov']}; {r['peak_mb']:.0f})" if r else "–")
+        for solver, r in peers.items()
+    )
+    best = quickest(peers.values())
+    apart = max(np.abs(np.array(best["y"]) - np.array(ours["y"]))) if best else float("nan")
+    ratio = f"{best['seconds'] / ours['seconds']:.1f}" if best else "–"
+    own = f"{ours['seconds']:.2f} ({ours['peak_mb']:.0f} MB)"
+    return f"{all_peers} | {own} | {ratio} | {apart:.1e} | {second['seconds']:.2f}"
+
+
+def with_same_error(dlcs, name, path, error):
+    def solve(*options):
+        return by_dlcs(dlcs, path, *options, times=TIMES)
+
+    def error_of(result):
+        return np.abs(np.array(result["x"]) - reference).max() / np.abs(reference).max()
+
+    def least_steps(run, least):
+        """The run with as few steps as the error allows, by doubling and then by the observed order."""
+        steps, before = least, None
+        while steps <= 64 * least:
+            result = run(steps)
+            if result is None:
+                return None, steps
+            reached = error_of(result)
+            if reached <= error:
+                share = np.log(before / error) / np.log(before / reached) if before else 1
+                fewer = TIMES * int(np.ceil(steps / 2 * 2**share / TIMES))
+                return run(fewer) if fewer < steps else result, fewer
+            before = reached
+            steps *= 2
+        return None, steps
+
+    certified = solve("--tolerance", str(error))
+    reference = np.array(certified["x"])
+    _, steps = least_steps(lambda steps: solve("--steps", str(steps)), 50)
+    reference = np.array(solve("--steps", str(8 * steps))["x"])
+    ours, steps = least_steps(lambda steps: solve("--steps", str(steps)), 50)
+    columns = [
+        f"{certified['seconds']:.2f} ({error_of(certified):.1e})",
+        f"{ours['seconds']:.2f} ({steps} steps, {error_of(ours):.1e})",
+    ]
+
+    coarse = by_petsc(name, EULER + " " + SOLVERS["GMRES, ILU"], 400)
+    needed = int(400 * error_of(coarse) / error)
+    horizon = HORIZON * 200 / needed
+    begin = quickest([by_petsc(name, f"{EULER} {options}", 200, horizon) for options in SOLVERS.values()])
+    seconds = begin["seconds"] * needed / 200
+    columns += [f"{seconds:.0f} ({needed} steps)", f"{seconds / ours['seconds']:.0f}"]
+
+    runs = {}
+    for scheme, options in SECOND_ORDER.items():
+        gmres = SOLVERS["GMRES, ILU"]
+        best, needed = least_steps(lambda steps, by=f"{options} {gmres}": by_petsc(name, by, steps), 50)
+        others = [by_petsc(name, f"{options} {other}", needed) for other in SOLVERS.values() if other != gmres]
+        good = [run for run in [best, *others] if run and error_of(run) <= 1.2 * error]
+        if good:
+            runs[scheme] = quickest(good) | {"steps": needed}
+    columns += [
+        f"{scheme}: {run['seconds']:.2f} ({run['steps']} steps, {error_of(run):.1e})" for scheme, run in runs.items()
+    ] or ["–"]
+    columns[4:] = ["; ".join(columns[4:])]
+    columns.append(f"{quickest(runs.values())['seconds'] / ours['seconds']:.1f}" if runs else "–")
+    return " | ".join(columns)
+
+
+def main(dlcs, arguments):
+    ranks, error = 1, None
+    if arguments[:1] == ["--ranks"]:
+        ranks, arguments = int(arguments[1]), arguments[2:]
+    elif arguments[:1] == ["--error"]:
+        error, arguments = float(arguments[1]), arguments[2:]
+    if error:
+        print("| case | states, pairs | dlcs --tolerance: seconds (error) | dlcs --steps | PETSc, implicit Euler "
+              "| ratio | PETSc, second order | ratio |")  # fmt: skip
+        print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    else:
+        print("| case | states, pairs | PETSc: seconds (Newton, Krylov iterations; MB of the first rank) "
+              "| dlcs, the same steps | ratio | y apart | dlcs, second order |")  # fmt: skip
+        print("| --- | --- | --- | --- | --- | --- | --- |")
+    for name in arguments or CASES:
         case = CASES[name]()
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "case.json"
             write(case, path)
-            ours = by_dlcs(dlcs, path, "--method", "time-stepping")
-            second = by_dlcs(dlcs, path)
-        peers = {solver: by_petsc(name, options) for solver, options in SOLVERS.items()}
-        told = "; ".join(
-            f"{solver}: " + (f"{r['seconds']:.2f} ({r['newton']}, {r['krylov']}; {r['peak_mb']:.0f})" if r else "–")
-            for solver, r in peers.items()
-        )
-        good = [r for r in peers.values() if r]
-        best = min(good, key=lambda r: r["seconds"]) if good else None
-        apart = max(np.abs(np.array(best["y"]) - np.array(ours["y"]))) if best else float("nan")
-        ratio = f"{best['seconds'] / ours['seconds']:.1f}" if best else "–"
-        sizes = f"{case['A'].shape[0]}, {case['M'].shape[0]}"
-        own = f"{ours['seconds']:.2f} ({ours['peak_mb']:.0f} MB)"
-        print(f"| {name} | {sizes} | {told} | {own} | {ratio} | {apart:.1e} | {second['seconds']:.2f} |", flush=True)
+            row = with_same_error(dlcs, name, path, error) if error else with_same_steps(dlcs, name, path, ranks)
+        print(f"| {name} | {case['A'].shape[0]}, {case['M'].shape[0]} | {row} |", flush=True)
 
 
 if __name__ == "__main__":
     if sys.argv[1] == "--petsc":
-        solve_with_petsc(sys.argv[2], sys.argv[3:])
+        solve_with_petsc(sys.argv[2], int(sys.argv[3]), float(sys.argv[4]), sys.argv[5:])
     else:
         main(sys.argv[1], sys.argv[2:])

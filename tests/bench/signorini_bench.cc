@@ -147,10 +147,18 @@ double RunMarch(benchmark::State& state, const Setting& setting) {
                    });
 }
 
-double RunIteration(benchmark::State& state, const Setting& setting, Index window_steps) {
+struct IterationForm {
+  Index window_steps = 0;
+  int windows_in_flight = 1;
+  int acceleration = 0;
+};
+
+double RunIteration(benchmark::State& state, const Setting& setting, const IterationForm& form) {
   const Problem problem = ProblemOf(setting);
   Options options = OptionsFor(setting, problem, Method::kLaplaceIteration);
-  options.window_steps = window_steps;
+  options.window_steps = form.window_steps;
+  options.windows_in_flight = form.windows_in_flight;
+  options.acceleration = form.acceleration;
   options.iteration_tolerance = ToleranceOf(setting, problem.horizon);
   return RunEngine(state, problem, options, [&](const Solution& solution) {
     ExpectAtMost(state, MaxAbs(solution.y.rightCols(1) - ReferenceOf(setting).y_end), 100 * options.iteration_tolerance,
@@ -262,12 +270,16 @@ double RunPrinted(benchmark::State& state, const Setting& setting) {
 std::vector<Way> Ways() {
   const auto always = [](const Setting&) { return true; };
   constexpr Index kMaxCellsOfModes = 16;  // event location takes Schur forms of A
+  const auto iteration = [&](const char* name, const IterationForm& form) {
+    return Way{name, always,
+               [form](auto& state, const Setting& setting) { return RunIteration(state, setting, form); }};
+  };
   return {
       {"march", always, RunMarch},
-      {"iteration, whole window", always,
-       [](auto& state, const Setting& setting) { return RunIteration(state, setting, Options::kWholeHorizon); }},
-      {"iteration, windows", always,
-       [](auto& state, const Setting& setting) { return RunIteration(state, setting, 0); }},
+      iteration("iteration, whole window", {.window_steps = Options::kWholeHorizon}),
+      iteration("iteration, whole window, Anderson", {.window_steps = Options::kWholeHorizon, .acceleration = 2}),
+      iteration("iteration, windows", {}),
+      iteration("iteration, windows of 8, 4 in flight", {.window_steps = 8, .windows_in_flight = 4}),
       {"iteration as printed", always, RunPrinted},
       {"event location", [](const Setting& setting) { return setting.cells <= kMaxCellsOfModes; }, RunEvents},
       {"time-stepping", always, RunTimeStepping},
