@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
+#include <string>
 #include <utility>
 
 #include "core/nonlinear/solve_nonlinear.h"
@@ -91,6 +93,13 @@ class EventWriter final : public Observer {
 }  // namespace
 
 double PeakResidentBytes() {
+  // getrusage() also knows the peak of the process that forked this one.
+  constexpr char kPeak[] = "VmHWM:";
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    double kilobytes = 0;
+    if (word == kPeak && status >> kilobytes) return 1024 * kilobytes;
+  }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return 1024.0 * static_cast<double>(usage.ru_maxrss);

@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "tests/client/cli/program.h"
 #include "tests/support/paths.h"
@@ -47,6 +49,16 @@ TEST(DlcsProgramTest, GivesEveryNodeToPrograms) {
   EXPECT_EQ(root["trajectory"]["y"].size(), 65U);
   EXPECT_EQ(root["summary"]["termination"], "TERMINATION_REACHED_END");
   EXPECT_LT(root["summary"]["certificate"]["node_residual"].get<double>(), 1e-10);
+}
+
+TEST(DlcsProgramTest, ReportsItsOwnPeakMemoryAndNotThatOfTheProcessThatStartedIt) {
+  constexpr std::size_t kBytes = 300'000'000;
+  std::vector<char>(kBytes, 1).swap(*std::make_unique<std::vector<char>>());
+  const ProgramOutcome outcome = SolveText(kEasyProblem, "--steps 64 --format json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const std::string bytes = nlohmann::json::parse(outcome.out)["summary"]["cost"]["process_peak_bytes"];
+  EXPECT_GT(std::stod(bytes), 1'000'000);
+  EXPECT_LT(std::stod(bytes), kBytes);
 }
 
 TEST(DlcsProgramTest, GivesOnlyTheTimesAskedFor) {
