@@ -86,6 +86,11 @@ bool ComplementarySolver::Polish(Basis& basis) {
 }
 
 LcpStatus ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
+  const bool always_feasible = ImageIsPositive(lcp_.M(), Vector::Ones(lcp_.size()));
+  if (!always_feasible && FindFeasiblePoint(lcp_.M(), lcp_.q, lcp_.tolerance).answer == Feasibility::kInfeasible) {
+    method_ = "linear programming";
+    return Fail(LcpStatus::kInfeasible, "no y >= 0 has q + M y >= 0", y);
+  }
   if (lcp_.size() <= kMaxEnumerationSize) {
     method_ = "enumeration";
     BasisPoint point(lcp_, Elimination::kPivoting);
@@ -94,11 +99,6 @@ LcpStatus ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
     if (verdict == LcpStatus::kSolved) return verdict;
     if (verdict == LcpStatus::kInfeasible) return Fail(verdict, "no choice of active constraints solves it", y);
     return Fail(verdict, "no solution found, but a nearly singular basis may have one", y);
-  }
-  const bool always_feasible = ImageIsPositive(lcp_.M(), Vector::Ones(lcp_.size()));
-  if (!always_feasible && FindFeasiblePoint(lcp_.M(), lcp_.q, lcp_.tolerance).answer == Feasibility::kInfeasible) {
-    method_ = "linear programming";
-    return Fail(LcpStatus::kInfeasible, "no y >= 0 has q + M y >= 0", y);
   }
   return Fail(LcpStatus::kRay, "Lemke's method ended in a ray: no solution found, and not proven that there is none",
               y);
