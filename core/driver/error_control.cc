@@ -83,16 +83,19 @@ std::function<double(const Grid&, const Solution&)> UnresolvedSourcesOf(const Pr
   };
 }
 
-absl::StatusOr<Solution> SolveWithRoundedData(const Task& task, const Grid& grid, double ulps) {
+absl::StatusOr<Solution> SolveWithRoundedData(Task& task, const Grid& grid, double ulps) {
   const Problem rounded = WithRoundedData(task.problem, ulps, task.plan.selection == Selection::kUnique);
   Task other{.problem = rounded,
              .options = task.options,
              .plan = task.plan,
              .workers = Workers(task.options.num_threads),
              .stop = task.stop,
-             .started = task.started};
+             .started = task.started,
+             .stages = task.stages};
   Observer silent;
-  return SolveOnGrid(other, grid, silent);
+  auto solution = SolveOnGrid(other, grid, silent);
+  task.stages = other.stages;
+  return solution;
 }
 
 // `task` must outlive what is returned.
@@ -247,8 +250,11 @@ absl::Status EstimateError(Task& task, Solution& solution) {
   if (solution.contour && solution.contour->nodes > 0) {  // which all of them have in common
     solution.accuracy.error = NanMax(solution.accuracy.error, std::pow(10, solution.contour->log10_error));
   }
-  // The time of all solves counts.
-  solution.cost.seconds_total = SecondsSince(task.started);
+  // The times of all solves count.
+  Cost& cost = solution.cost;
+  cost.seconds_setup = cost.seconds_lcp = cost.seconds_linear = cost.seconds_certificate = 0;
+  cost.AddStages(task.stages);
+  cost.seconds_total = SecondsSince(task.started);
   return status;
 }
 

@@ -47,6 +47,7 @@ bool RunMethod(const MethodChoice& choice, SolveContext& context) {
 }  // namespace
 
 absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer, const ResumePoint* resume) {
+  const auto begin = std::chrono::steady_clock::now();
   auto sources = Sources::Create(task.problem);
   if (!sources.ok()) return sources.status();
   Solution solution;
@@ -79,7 +80,8 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
     if (!watch.ok()) return watch.status();
     context.limit_watch.emplace(*std::move(watch));
   }
-  solution.cost.seconds_setup = context.Seconds();
+  const bool is_first = task.stages.seconds_total == 0;
+  solution.cost.seconds_setup = is_first ? context.Seconds() : SecondsSince(begin);
   if (RunMethod(task.plan.method, context)) {
     solution.termination = Termination::kReachedEnd;
     solution.message =
@@ -105,6 +107,8 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
     context.Fail(Termination::kNonFinite, task.problem.horizon, "The trajectory holds a number that is not finite.");
   }
   solution.cost.seconds_total = context.Seconds();
+  solution.cost.AddStages(task.stages);
+  task.stages = solution.cost;
   return solution;
 }
 

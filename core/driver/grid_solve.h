@@ -40,9 +40,11 @@ struct Task {
   bool error_by_default = false;        // options.error_tolerance was filled in: FillInDefaultError()
   bool follows_event_driven = false;    // event_driven was tried before and has used its share of the default work
   bool lost_least_element = false;      // set by the last solve: see SolveContext
+  Cost stages = {};                     // the stages of all solves so far
 };
 
-// Solves with the method and propagator of task.plan, from `resume` on if it is given. Errors: InvalidArgument if a
+// Solves with the method and propagator of task.plan, from `resume` on if it is given. Times of stages are those of all
+// solves of the task so far. Errors: InvalidArgument if a
 // source cannot be evaluated, or if `resume` does not belong to this solve.
 absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer,
                                      const ResumePoint* resume = nullptr);

@@ -187,12 +187,20 @@ struct Cost {
   Index most_newton_iterations = 0;  // of one step
   Index substituted_steps = 0;       // that Newton's method could not solve
   Index solves = 1;                  // of event_driven: how often [0, T] was solved, with smaller errors each time
+  // Times are those of all solves that the answer took, with other steps too.
   double seconds_setup = 0;
   double seconds_lcp = 0;  // includes propagation in time-stepping methods, where the two cannot be separated
   double seconds_linear = 0;
   double seconds_certificate = 0;  // if it is a separate stage; otherwise it is part of the steps
   double seconds_total = 0;
   double predicted_bytes = 0;  // of everything allocated at the same time, the trajectory included
+
+  void AddStages(const Cost& other) {
+    seconds_setup += other.seconds_setup;
+    seconds_lcp += other.seconds_lcp;
+    seconds_linear += other.seconds_linear;
+    seconds_certificate += other.seconds_certificate;
+  }
 };
 
 // The convergence of Newton's method in the step with the most iterations. ‖F(u^k)‖_∞ decreases superlinearly for 3hκ <

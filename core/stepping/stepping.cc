@@ -225,7 +225,9 @@ bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper, 
       }
       const double next_time = context.grid.times[segment.first_node + std::min(solved + 1, steps)];
       if (solved < steps) segment.Truncate(solved);
+      const double certificate_begin = context.Seconds();
       context.Add(segment, stepper.scheme());
+      context.solution.cost.seconds_certificate += context.Seconds() - certificate_begin;
       if (verdict == LcpStatus::kSolved && solved < steps) return context.FailCancelled(next_time);
       if (departures.steps_off_selection > 0 && stepper.scheme().y_is_linear) {
         return context.FailLostLeastElement(next_time);

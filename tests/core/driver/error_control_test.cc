@@ -246,6 +246,22 @@ TEST(ErrorToleranceOptionTest, ResolvesTheDecayOfARoughStartInFewSteps) {
   EXPECT_LE(solution.cost.steps, 4000);
 }
 
+// Most of the time goes into steps and their certificates, on every grid that is tried; the system is small.
+TEST(ErrorToleranceOptionTest, AddsUpTheStagesOfAllSolves) {
+  Options options = Within(1e-9, Method::kExponentialIntegrator);
+  options.estimate_error = true;
+  const Cost controlled = SolveFor(ExampleFourOne(), options).cost;
+  options.error_tolerance = 0;
+  options.num_steps = 20'000;
+  const Cost compared = SolveFor(ExampleFourOne(), options).cost;
+  for (const Cost& cost : {controlled, compared}) {
+    const double sum = cost.seconds_setup + cost.seconds_lcp + cost.seconds_linear + cost.seconds_certificate;
+    EXPECT_LE(sum, cost.seconds_total);
+    EXPECT_GT(sum, 0.6 * cost.seconds_total);
+    EXPECT_LT(cost.seconds_setup, 0.3 * cost.seconds_total);
+  }
+}
+
 // Steps of two stages above an obstacle, beside implicit Euler of the same steps, with Euler of far shorter steps as
 // the second method.
 TEST(ErrorToleranceOptionTest, TakesTwoStagesAboveAnObstacle) {
