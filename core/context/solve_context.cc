@@ -16,7 +16,10 @@ void SolveContext::Add(const Segment& segment, const Scheme& scheme) {
     solution.dense_output = {.x_is_linear = scheme.x_is_linear, .y_is_linear = scheme.y_is_linear};
   }
   const Index m = most_states(), n = most_pairs();
-  const Index panel = PanelWidth(4 * ((problem.A.is_dense() ? m * m : m) + n * n));
+  // Where A is sparse, few columns at a time stay in the cache until they are summed up.
+  constexpr Index kNumbersInCache = Index{1} << 15, kFewest = 16;
+  const Index in_cache = problem.A.is_dense() ? segment.steps : std::max(kFewest, kNumbersInCache / (m + n));
+  const Index panel = std::min(in_cache, PanelWidth(4 * ((problem.A.is_dense() ? m * m : m) + n * n)));
   Matrix w;
   Index begin = 0;
   do {

@@ -32,7 +32,7 @@ bool AreHalvesSparse(const SparseFactor<double> &factor, const SparseMatrix &tra
   const Index count = transpose_of_N.cols();
   double entries = 0, columns = 0;
   for (Index j = 0; j < count; j += std::max<Index>(1, count / kSamples)) {
-    const Vector half = factor.FirstHalf(Vector(transpose_of_N.col(j)));
+    const Vector half = factor.FirstHalfOfTranspose(Vector(transpose_of_N.col(j)));
     entries += static_cast<double>((half.array().abs() > LeastEntry(half)).count());
     ++columns;
   }
@@ -40,12 +40,14 @@ bool AreHalvesSparse(const SparseFactor<double> &factor, const SparseMatrix &tra
   return 2 * static_cast<double>(count) * bytes_of_column <= factor.bytes_of_a_solve();
 }
 
-SparseMatrix FirstHalves(const SparseFactor<double> &factor, const SparseMatrix &columns, Workers &workers) {
+// half_of(column) for each of the columns.
+template <class HalfOf>
+SparseMatrix Halves(const HalfOf &half_of, const SparseMatrix &columns, Workers &workers) {
   const Index count = columns.cols();
   std::vector<std::vector<std::pair<Index, double>>> entries(static_cast<std::size_t>(count));
   workers.ForBlocks(count, kColumnsAtOnce, [&](Index, Index begin, Index end) {
     for (Index j = begin; j < end; ++j) {
-      const Vector half = factor.FirstHalf(Vector(columns.col(j)));
+      const Vector half = half_of(Vector(columns.col(j)));
       const double least = LeastEntry(half);
       for (Index i = 0; i < half.size(); ++i) {
         if (std::abs(half[i]) > least) entries[static_cast<std::size_t>(j)].emplace_back(i, half[i]);
@@ -73,8 +75,10 @@ SparseStep::SparseStep(const Problem &problem, double step, SparseRule rule, dou
   keeps_halves_ = factor_.has_halves() && AreHalvesSparse(factor_, transpose_of_N);
   coupled_term_.resize(n, n);
   if (keeps_halves_) {
-    FirstHalves(factor_, transpose_of_N, workers).swap(half_of_N_);
-    FirstHalves(factor_, rule_.weight() * B, workers).swap(half_of_B_);
+    const auto half = [this](const Vector &column) { return factor_.FirstHalf(column); };
+    const auto half_of_transpose = [this](const Vector &column) { return factor_.FirstHalfOfTranspose(column); };
+    Halves(half_of_transpose, transpose_of_N, workers).swap(half_of_N_);
+    Halves(half, rule_.weight() * B, workers).swap(half_of_B_);
     workers.ForBlocks(n, kColumnsAtOnce, [&](Index, Index begin, Index end) {
       coupled_term_.middleCols(begin, end - begin) =
           half_of_N_.transpose() * Matrix(half_of_B_.middleCols(begin, end - begin));

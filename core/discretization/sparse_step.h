@@ -16,8 +16,8 @@ namespace dlcs {
 // R⁻¹ is factored once. The coupled LCP needs N R r before y is known, and then x takes R B y. What reads the least
 // memory is chosen for that:
 //
-// - Where R⁻¹ = Pᵀ L Lᵀ P by Cholesky, the LCP may come between the halves of the solve for the state, since N R r =
-//   (L⁻¹ P Nᵀ)ᵀ (L⁻¹ P r). Then L⁻¹ P Nᵀ and L⁻¹ P B are kept, which are sparse where N and B are.
+// - Where R⁻¹ = Pᵀ L U P, the LCP may come between the halves of the solve for the state, since N R r =
+//   (U⁻ᵀ P Nᵀ)ᵀ (L⁻¹ P r). Then U⁻ᵀ P Nᵀ and L⁻¹ P B are kept, which are sparse where N and B are.
 // - Else R B is kept, a dense m × n matrix.
 // - Or each y takes a solve of its own.
 //
@@ -53,7 +53,7 @@ class SparseStep {
   StepRule rule_;
   SparseFactor<double> factor_;
   bool keeps_halves_;
-  SparseMatrix half_of_N_, half_of_B_;  // L⁻¹ P Nᵀ and weight L⁻¹ P B, where it does
+  SparseMatrix half_of_N_, half_of_B_;  // U⁻ᵀ P Nᵀ and weight L⁻¹ P B, where it does
   Matrix response_;                     // weight R B, or empty
   Matrix coupled_term_;
 };

@@ -12,8 +12,7 @@
 namespace dlcs {
 namespace {
 
-constexpr double kNumber = 8;  // bytes
-constexpr double kNumberWithIndex = 12;
+constexpr double kNumber = 8;                // bytes
 constexpr double kMatricesOfAStep = 12;      // of size m × m, with the work space of the matrix functions
 constexpr double kColumnsOfARun = 8;         // for each node: y, q, g, the free motion, ...
 constexpr double kMaxKernelDoubles = 8.4e7;  // blocks and their transforms, as core/laplace/kernel.h bounds them
@@ -54,16 +53,16 @@ double LengthsKept(const Grid& grid, Index states) {
 }  // namespace
 
 double SparseStepBytes(const Problem& problem, double factor_nonzeros) {
-  constexpr double kCouplings = 4;  // K_0, M + K_0, and what its LCPs keep
-  constexpr double kZerosOfPanels = 1.2;
+  constexpr double kCouplings = 4;        // K_0, M + K_0, and what its LCPs keep
+  constexpr double kZerosOfPanels = 1.3;  // and row numbers
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
   const bool is_symmetric = IsSymmetric(problem.A.Sparse()) && IsSymmetric(problem.E.Sparse());
-  // Panels beside the factor that they are made of.
-  const double panels = is_symmetric ? factor_nonzeros * kNumber * kZerosOfPanels : 0;
-  const double of_a_solve = is_symmetric ? 2 * panels : factor_nonzeros * kNumberWithIndex;
+  // A solve reads L and U, which of a symmetric matrix are one.
+  const double of_a_solve = 2 * factor_nonzeros * kNumber * kZerosOfPanels;
+  const double factors = is_symmetric ? of_a_solve / 2 : of_a_solve;
   // What is kept of the pairs is read in each step, and takes no more than a solve reads.
   const double response = std::min(m * n, static_cast<double>(StructuredMatrix::kMaxDenseEntries)) * kNumber;
-  return kCouplings * n * n * kNumber + factor_nonzeros * kNumberWithIndex + panels + std::min(response, of_a_solve);
+  return kCouplings * n * n * kNumber + factors + std::min(response, of_a_solve);
 }
 
 double PredictBytes(const Problem& problem, const Grid& grid, Method method, const PropagatorChoice& propagator) {

@@ -127,7 +127,7 @@ Seconds PredictSeconds(const Problem& problem, const Options& options, const Fac
   constexpr double kDiagonalEntry = 1.5e-9, kDiagonalIterations = 9;  // per square root of the condition number
   constexpr double kLcpSetup = 3.5e-10, kLcp = 2e-9;
   constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
-  constexpr double kCholesky = 1.7e-9, kLu = 0.8e-9, kFactorEntry = 1e-9;
+  constexpr double kCholesky = 5e-10, kLu = 8e-10, kFactorEntry = 5e-10;
   constexpr double kState = 5e-8;  // sources, certificate and records of a step
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
   const auto [steps, lengths] = StepsInAll(problem, options);

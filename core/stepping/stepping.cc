@@ -181,6 +181,7 @@ bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper, 
   bool y_is_solution = false;
   std::size_t at = 0;  // the run, and the steps done of it
   Index done = 0;
+  Segment segment;  // keeps its memory from stretch to stretch
   const auto carry = [&](StateArchive& state) {
     state(steppers, at, done, x, y, y_is_solution, departures.steps_off_selection, departures.steps_with_ties);
     if (newton) CarryFields(state, *newton);
@@ -193,7 +194,7 @@ bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper, 
     SegmentStepper& stepper = steppers.At(run.step);
     context.solution.cost.seconds_setup += context.Seconds() - setup_begin;
     while (done < run.steps) {
-      Segment segment;
+      segment.first_y_is_solution = true;
       const Index steps = std::min(std::max(Chunk(context), stepper.least_steps()), run.steps - done);
       const auto bad = context.sources.Sample(context.grid, run, done, steps, segment);
       if (context.Any(bad.has_value())) {

@@ -2,14 +2,13 @@
 #include "core/linalg/sparse/sparse_factor.h"
 
 #include <Eigen/OrderingMethods>
-#include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <limits>
 #include <optional>
 
 #include "core/linalg/norms.h"
-#include "core/linalg/sparse/cholesky_panels.h"
+#include "core/linalg/sparse/factor_panels.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/linalg/weyl_sequence.h"
 
@@ -48,23 +47,23 @@ SparseMatrix SymmetricPattern(const Eigen::SparseMatrix<Scalar>& matrix) {
   return ones + SparseMatrix(ones.transpose());
 }
 
-// Counts the entries of the columns of a factor of `matrix`, in its own order, without making it.
-struct SymbolicCholesky : Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower, Eigen::NaturalOrdering<int>> {
-  FactorSize Analyze(const SparseMatrix& matrix) {
-    analyzePattern(matrix);
-    const auto counts = m_nonZerosPerCol.cast<double>().array();  // below the diagonal
-    return {.nonzeros = counts.sum() + static_cast<double>(counts.size()),
-            .multiplications = (counts * (counts + 3) / 2).sum(),
-            .matrix_nonzeros = static_cast<double>(matrix.nonZeros())};
+// The size of a factor of a matrix with this symmetric pattern, in its own order.
+FactorSize SizeOfFactor(const SparseMatrix& pattern) {
+  FactorSize size{.matrix_nonzeros = static_cast<double>(pattern.nonZeros())};
+  for (const Index entries : PredictColumns(pattern, pattern).entries) {
+    const auto below = static_cast<double>(entries - 1);
+    size.nonzeros += below + 1;
+    size.multiplications += below * (below + 3) / 2;
   }
-};
+  return size;
+}
 
 }  // namespace
 
 FactorSize PredictFactor(const SparseMatrix& A, const SparseMatrix& E) {
   SparseMatrix ordered;
   ordered = SymmetricPattern(Pattern(A, E)).twistedBy(SparseOrder(A, E));
-  return SymbolicCholesky().Analyze(ordered);
+  return SizeOfFactor(ordered);
 }
 
 Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> SparseOrder(const SparseMatrix& A,
@@ -84,7 +83,7 @@ class OrderedLu : public Eigen::SparseLU<Eigen::SparseMatrix<Scalar>, Eigen::Nat
   void Factor(const Eigen::SparseMatrix<Scalar>& ordered) {
     constexpr double kRoom = 1.3;  // for pivots off the diagonal; beyond that the arrays grow
     this->setPivotThreshold(kPivotThreshold);
-    const double predicted = SymbolicCholesky().Analyze(SymmetricPattern(ordered)).nonzeros;
+    const double predicted = SizeOfFactor(SymmetricPattern(ordered)).nonzeros;
     const double times = kRoom * predicted / static_cast<double>(ordered.nonZeros());
     this->m_perfv.fillfactor = 1 + static_cast<Eigen::Index>(times);
     this->compute(ordered);
@@ -102,8 +101,8 @@ class OrderedLu : public Eigen::SparseLU<Eigen::SparseMatrix<Scalar>, Eigen::Nat
 template <typename Scalar>
 struct SparseFactor<Scalar>::Factors {
   using Ordered = Eigen::SparseMatrix<Scalar>;
-  std::optional<CholeskyPanels> cholesky;
-  OrderedLu<Scalar> lu;
+  std::optional<FactorPanels> panels;
+  OrderedLu<Scalar> lu;  // where there are none
 };
 
 template <typename Scalar>
@@ -113,16 +112,11 @@ SparseFactor<Scalar>::SparseFactor(const SparseMatrix& A, const Order& order, Sc
   ordered = Shifted(A, z, s, E).twistedBy(order);
   ordered.makeCompressed();
   if constexpr (std::is_same_v<Scalar, double>) {
-    if (IsSymmetric(A) && IsSymmetric(E)) {
-      const Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower, Eigen::NaturalOrdering<int>> factored(ordered);
-      is_regular_ = factored.info() == Eigen::Success;
-      if (is_regular_) factors_->cholesky.emplace(factored.matrixL().nestedExpression());
-    }
+    if (IsSymmetric(A) && IsSymmetric(E)) factors_->panels = FactorPanels::Cholesky(ordered);
+    if (!factors_->panels) factors_->panels = FactorPanels::Lu(ordered, kPivotThreshold);
   }
-  if (!is_regular_) {
-    factors_->lu.Factor(ordered);
-    is_regular_ = factors_->lu.info() == Eigen::Success;
-  }
+  if (!factors_->panels) factors_->lu.Factor(ordered);
+  is_regular_ = factors_->panels || factors_->lu.info() == Eigen::Success;
   if (!is_regular_) return;
   // ‖A‖_1 ‖A⁻¹v‖ / ‖v‖ is below the condition number, and seldom far for a v without a pattern.
   Column probe(A.rows());
@@ -141,38 +135,46 @@ SparseFactor<Scalar>::~SparseFactor() = default;
 
 template <typename Scalar>
 double SparseFactor<Scalar>::bytes() const {
-  return factors_->cholesky ? factors_->cholesky->bytes() : factors_->lu.bytes();
+  return factors_->panels ? factors_->panels->bytes() : factors_->lu.bytes();
 }
 
 template <typename Scalar>
 double SparseFactor<Scalar>::bytes_of_a_solve() const {
-  return factors_->cholesky ? 2 * bytes() : bytes();
+  return factors_->panels ? factors_->panels->bytes_of_a_solve() : bytes();
 }
 
 template <typename Scalar>
 bool SparseFactor<Scalar>::has_halves() const {
-  return is_regular_ && factors_->cholesky.has_value();
+  return is_regular_ && factors_->panels.has_value();
 }
 
 template <typename Scalar>
 typename SparseFactor<Scalar>::Column SparseFactor<Scalar>::FirstHalf(const Eigen::Ref<const Column>& right) const {
   Column half = order_ * right;
-  if constexpr (std::is_same_v<Scalar, double>) factors_->cholesky->SolveForward(half);
+  if constexpr (std::is_same_v<Scalar, double>) factors_->panels->SolveForward(half);
+  return half;
+}
+
+template <typename Scalar>
+typename SparseFactor<Scalar>::Column SparseFactor<Scalar>::FirstHalfOfTranspose(
+    const Eigen::Ref<const Column>& right) const {
+  Column half = order_ * right;
+  if constexpr (std::is_same_v<Scalar, double>) factors_->panels->SolveTransposedForward(half);
   return half;
 }
 
 template <typename Scalar>
 typename SparseFactor<Scalar>::Column SparseFactor<Scalar>::SecondHalf(Column half) const {
-  if constexpr (std::is_same_v<Scalar, double>) factors_->cholesky->SolveBackward(half);
+  if constexpr (std::is_same_v<Scalar, double>) factors_->panels->SolveBackward(half);
   return order_.inverse() * half;
 }
 
 template <typename Scalar>
 void SparseFactor<Scalar>::SolveInOrder(Column& column) const {
   if constexpr (std::is_same_v<Scalar, double>) {
-    if (factors_->cholesky) {
-      factors_->cholesky->SolveForward(column);
-      return factors_->cholesky->SolveBackward(column);
+    if (factors_->panels) {
+      factors_->panels->SolveForward(column);
+      return factors_->panels->SolveBackward(column);
     }
   }
   column = factors_->lu.solve(column).eval();
@@ -183,7 +185,7 @@ typename SparseFactor<Scalar>::Columns SparseFactor<Scalar>::Solve(const Eigen::
   if (!is_regular_) {
     return Columns::Constant(columns.rows(), columns.cols(), Scalar(std::numeric_limits<double>::quiet_NaN()));
   }
-  if (!factors_->cholesky && columns.cols() > 1) {
+  if (!factors_->panels && columns.cols() > 1) {
     return order_.inverse() * Columns(factors_->lu.solve(Columns(order_ * columns)));
   }
   Columns result(columns.rows(), columns.cols());

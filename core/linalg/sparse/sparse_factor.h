@@ -31,7 +31,7 @@ FactorSize PredictFactor(const SparseMatrix& A, const SparseMatrix& E = {});
 
 // The factors of zE - sA, in an order from SparseOrder() for the pattern of both: LU with pivots off the diagonal only
 // where those on it are smaller than a hundredth of the column. Real z and s with a symmetric, positive definite
-// zE - sA: Cholesky.
+// zE - sA: Cholesky. Real factors whose pivots are all on the diagonal are dense panels.
 //
 // Cost: for a grid of m points in the plane some 30 m log m numbers and m^{3/2} work, in space m^{4/3} and m².
 template <typename Scalar>
@@ -56,10 +56,12 @@ class SparseFactor {
   // (zE - sA)⁻¹ times the columns; not finite where the matrix is singular. Safe to call from several threads.
   Columns Solve(const Eigen::Ref<const Columns>& columns) const;
 
-  // Where the factors are those of Cholesky, in the order P, Pᵀ L Lᵀ P: FirstHalf(b) = L⁻¹ P b, which is sparse where b
-  // is so, and SecondHalf(u) = Pᵀ L⁻ᵀ u. The solution is both.
+  // Where real factors have all pivots on the diagonal, in the order P, Pᵀ L U P: FirstHalf(b) = L⁻¹ P b, which is
+  // sparse where b is so, and SecondHalf(u) = Pᵀ U⁻¹ u. The solution is both. An entry cᵀx of it needs the first alone,
+  // since it is that of FirstHalfOfTranspose(c) = U⁻ᵀ P c and FirstHalf(b).
   bool has_halves() const;
   Column FirstHalf(const Eigen::Ref<const Column>& right) const;
+  Column FirstHalfOfTranspose(const Eigen::Ref<const Column>& right) const;
   Column SecondHalf(Column half) const;
 
  private:
