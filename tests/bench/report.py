@@ -102,7 +102,9 @@ def report_iterates(runs):
     rows = []
     for name, ways in ways_of(runs, "iterates"):
         engine = least(ways["engine"], "processor_ms")
-        full = least(ways["full"], "processor_ms")
+        # A reader that misses iterates does less.
+        complete = [run for run in ways["full"] if run["missed"] == 0] or ways["full"]
+        full = least(complete, "processor_ms")
         rows.append(
             [
                 name,
@@ -111,7 +113,7 @@ def report_iterates(runs):
                 time_text(engine),
                 f"{least(ways['job'], 'processor_ms') / engine - 1:+.1%}",
                 f"{full / engine - 1:+.1%}",
-                f"{least(ways['full'], 'server_ms') / engine - 1:+.1%}",
+                f"{least(complete, 'server_ms') / engine - 1:+.1%}",
                 f"{least(ways['bare'], 'processor_ms') / engine:+.1%}",
                 verdict(full <= engine * (1 + GOAL_ITERATES)),
             ]

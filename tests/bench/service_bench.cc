@@ -114,7 +114,7 @@ Problem Membrane(Index cells) {
 
 std::vector<Case> OverheadCases() {
   using testing::FourVariableEasy;
-  return {MakeCase("march, 100 pairs, all times", DensePairs(4, 100), Method::kExponentialIntegrator, 650, 0, 10),
+  return {MakeCase("march, 100 pairs, all times", DensePairs(4, 100), Method::kExponentialIntegrator, 870, 0, 10),
           MakeCase("march, 100 pairs, 100 states, all times", DensePairs(100, 100), Method::kExponentialIntegrator, 250,
                    0, 10),
           MakeCase("march, 4 pairs, 100 times", FourVariableEasy(), Method::kExponentialIntegrator, 24'000, 100, 10),
@@ -144,10 +144,7 @@ std::vector<Stream> Streams() {
   using testing::FourVariableEasy;
   Case chatty = MakeCase("", FourVariableEasy(), Method::kLaplaceIteration, 4'000, 1, 1);
   chatty.options.window_steps = 1;
-  return {{"trajectory, 4 pairs", MakeCase("", FourVariableEasy(), Method::kExponentialIntegrator, 250'000, 0, 1),
-           &v1::SolveEvent::has_trajectory},
-          {"trajectory, 100 pairs, 100 states",
-           MakeCase("", DensePairs(100, 100), Method::kExponentialIntegrator, 4'000, 0, 1),
+  return {{"trajectory", MakeCase("", FourVariableEasy(), Method::kExponentialIntegrator, 250'000, 0, 1),
            &v1::SolveEvent::has_trajectory},
           {"iterates", std::move(chatty), &v1::SolveEvent::has_iterate}};
 }
@@ -330,14 +327,16 @@ void WatchJob(benchmark::State& state, const Case& the_case, v1::WatchView view,
     v1::WatchSolveJobRequest watch;
     watch.set_name(job->name());
     watch.set_view(view);
-    const absl::Status watched =
-        jobs.Watch(watch,
-                   [&](const v1::SolveEvent& event) {
-                     missed += static_cast<double>(event.gap().last_sequence() - event.gap().first_sequence());
-                     iterates += event.has_iterate() ? 1 : 0;
-                     values += event.iterate().y_size();
-                   },
-                   {});
+    const absl::Status watched = jobs.Watch(watch,
+                                            [&](const v1::SolveEvent& event) {
+                                              const v1::Gap& gap = event.gap();
+                                              if (event.has_gap())
+                                                missed +=
+                                                    static_cast<double>(gap.last_sequence() - gap.first_sequence() + 1);
+                                              iterates += event.has_iterate() ? 1 : 0;
+                                              values += event.iterate().y_size();
+                                            },
+                                            {});
     if (!watched.ok()) return state.SkipWithError(std::string(watched.message()).c_str());
   }
   const auto runs = static_cast<double>(state.iterations());
