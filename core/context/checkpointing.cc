@@ -118,15 +118,18 @@ void Checkpointing::Offer(SolveContext& context, double time, const CarryMethod&
   // The clocks of a team differ.
   if (!makes_ || !Team::Current().Any(context.observer.WantsCheckpoint())) return;
   const Index stands = std::max<Index>(context.recorder.recorded() - 1, 0);
-  StateArchive state;
-  std::vector<Index> fingerprint = Fingerprint(context);
-  double seconds = context.Seconds();
-  state(fingerprint, seconds);
-  CarryContext(state, context);
-  CarryLastColumn(state, context);
-  carry(state);
+  const auto make_state = [&context, &carry] {
+    StateArchive state;
+    std::vector<Index> fingerprint = Fingerprint(context);
+    double seconds = context.Seconds();
+    state(fingerprint, seconds);
+    CarryContext(state, context);
+    CarryLastColumn(state, context);
+    carry(state);
+    return state.Take();
+  };
   context.observer.OnCheckpoint(
-      {.time = time, .solution = context.solution, .first = parted_, .count = stands - parted_, .state = state.Take()});
+      {.time = time, .solution = context.solution, .first = parted_, .count = stands - parted_, .state = make_state});
   parted_ = stands;
 }
 

@@ -273,7 +273,7 @@ class CheckpointsOfAll final : public Observer {
     solution.w.middleCols(part.first, count) = Collect(part.solution.w.middleCols(part.first, count), pairs_, team_);
     solution.left_limits = CollectLeftLimits(part.solution, pairs_, team_);
     whole_.recorder.ResumeFrom(recorded);
-    parts_ = team_.CollectTexts(part.state);
+    parts_ = team_.CollectTexts(part.state());
     whole_.checkpointing.Offer(whole_, part.time, [this](StateArchive& state) { Carry(state); });
     parts_.clear();
   }

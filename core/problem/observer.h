@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_PROBLEM_OBSERVER_H_
 #define DLCS_CORE_PROBLEM_OBSERVER_H_
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,7 +24,8 @@ struct Checkpoint {
   const Solution& solution;
   Index first;
   Index count;
-  std::string state;  // for ResumePoint
+  // Makes the state for ResumePoint, which may be as large as these columns: only where the solve will be resumed.
+  std::function<std::string()> state;
 };
 
 // Where to resume: the state of a checkpoint, and at least the columns of the trajectory up to it.
@@ -92,8 +94,8 @@ class Observer {
   virtual void OnIterate(const IterateReport&, const IterateValues&) {}
   virtual void OnWindowFinished(const WindowOutcome&) {}
 
-  // Called at each point from which the solve could be resumed later. A checkpoint costs a copy of the new columns. The
-  // answer may depend on the clock: the bits of the solution do not depend on it.
+  // Called at each point from which the solve could be resumed later, up to which the trajectory is final. The answer
+  // may depend on the clock: the bits of the solution do not depend on it.
   virtual bool WantsCheckpoint() { return false; }
   virtual void OnCheckpoint(const Checkpoint&) {}
 };

@@ -323,6 +323,14 @@ EventWatch::Delivery EventWatch::Next() {
   return delivery;
 }
 
+bool EventWatch::has_more() const {
+  using What = EventLog::Choice::What;
+  const Duration now = log_->clock_.Elapsed();
+  const std::lock_guard lock(log_->mutex_);
+  const What what = log_->Choose(*this, now).what;
+  return what == What::kSupplied || what == What::kTransient || what == What::kDurable;
+}
+
 EventWatch::Delivery EventWatch::Deliver(Event event, Duration now) {
   Delivery delivery{.got = Got::kEvent, .gap = std::nullopt, .event = {}, .archived_through = 0};
   if (event.sequence > position_ + 1 && !options_.durable_only) {

@@ -185,6 +185,8 @@ class EventWatch {
   EventWatch& operator=(const EventWatch&) = delete;
 
   Delivery Next();
+  // Whether Next() would return an event.
+  bool has_more() const;
 
   // Answers kArchived: the durable events after position(), as many as were read, in order. `through` is the number up
   // to which there are no others: the last one's, or Delivery::archived_through when those were all.

@@ -24,6 +24,7 @@ class JobWatch {
            std::function<void()> ready);
 
   EventWatch::Delivery Next();
+  bool has_more() const { return watch_.has_more(); }
   // Errors: NOT_FOUND when the job was deleted; those of the store.
   absl::Status Fetch();
   // The number to resume from.

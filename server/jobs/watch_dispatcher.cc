@@ -29,6 +29,7 @@ void WatchDispatcher::Wake(std::shared_ptr<EventLog> log) {
 
 void WatchDispatcher::Run() {
   const auto something = [this] { return ending_ || !woken_.empty(); };
+  std::chrono::steady_clock::time_point next_round;
   for (;;) {
     std::vector<std::shared_ptr<EventLog>> logs;
     {
@@ -39,9 +40,11 @@ void WatchDispatcher::Run() {
         const Duration rest = due_.begin()->first - clock_.Elapsed();
         if (rest > Duration::zero()) changed_.wait_for(lock, rest, something);
       }
+      changed_.wait_until(lock, next_round, [this] { return ending_; });
       if (ending_) return;
       logs.swap(woken_);
     }
+    next_round = std::chrono::steady_clock::now() + kPace;
     for (const std::shared_ptr<EventLog>& log : logs) Serve(log);
     logs.clear();
     ServeDue();

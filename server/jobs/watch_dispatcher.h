@@ -4,6 +4,7 @@
 #ifndef DLCS_SERVER_JOBS_WATCH_DISPATCHER_H_
 #define DLCS_SERVER_JOBS_WATCH_DISPATCHER_H_
 
+#include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -21,12 +22,18 @@ namespace dlcs::jobs {
 // One thread for all logs of a server. Calls `ready` of watchers that have something to read, or whose minimum interval
 // or heartbeat is due. Logs may be destroyed at any time; the dispatcher must outlive them. Wake() costs one mutex and,
 // when the thread sleeps, one system call.
+//
+// Rounds of calls begin at least kPace apart. Where events come faster, watchers read those of one pace together, and
+// the threads between the engine and a client wake once for them. An event after a pause is not delayed.
 class WatchDispatcher final : public EventWaker {
  public:
   explicit WatchDispatcher(const Clock& clock);
   ~WatchDispatcher() override;
 
   void Wake(std::shared_ptr<EventLog> log) override;
+
+  // Too short for a viewer to notice.
+  static constexpr std::chrono::milliseconds kPace{2};
 
  private:
   void Run();

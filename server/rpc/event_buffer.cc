@@ -38,6 +38,7 @@ void Extend(v1::SolveEvent& earlier, const v1::SolveEvent& later) {
 void EventBuffer::Put(v1::SolveEvent event) {
   const std::lock_guard lock(mutex_);
   const bool is_iterate = event.has_iterate();
+  if (event.has_trajectory()) ++chunks_;
   if (is_iterate && iterates_ == limits_.max_iterates) DropOldestIterate();
   queue_.push_back(std::move(event));
   if (is_iterate && iterates_++ == 0) oldest_iterate_ = std::prev(queue_.end());
@@ -51,6 +52,11 @@ void EventBuffer::Put(v1::SolveEvent event) {
   }
 }
 
+bool EventBuffer::WantsChunk() const {
+  const std::lock_guard lock(mutex_);
+  return chunks_ < limits_.max_chunks;
+}
+
 void EventBuffer::Close(absl::StatusOr<FinishedSolve> finished) {
   const std::lock_guard lock(mutex_);
   finished_.emplace(std::move(finished));
@@ -62,6 +68,7 @@ EventBuffer::Got EventBuffer::Next(v1::SolveEvent& event) {
     if (queue_.begin() == oldest_iterate_) ForgetOldestIterate();
     event = std::move(queue_.front());
     queue_.pop_front();
+    if (event.has_trajectory()) --chunks_;
     return Got::kEvent;
   }
   if (!finished_.has_value()) return Got::kNothing;
@@ -116,7 +123,7 @@ void EventBuffer::DropOldestIterate() {
 }
 
 void EventBuffer::DropOldestWindow() {
-  // Near the front: only accepted, analysis and one gap can precede it.
+  // Near the front: only accepted, analysis, chunks and the gaps between them can precede it.
   ReplaceByGap(std::find_if(queue_.begin(), queue_.end(), IsWindow));
 }
 

@@ -20,12 +20,12 @@ namespace dlcs {
 
 // Two kinds of memory:
 //
-// - Events of the running engine are queued, at most `max_events`. When a reader is so slow that iterates fill
-//   their share of the queue, the oldest iterate is dropped for each new one. When windows alone fill it (a
-//   reader that stopped while thousands of windows went by), the oldest window event is dropped too. Each
-//   run of dropped neighbors is replaced by one gap. An event takes about 0.3 KB here, so the default is 3 MB
-//   at most.
-// - The trajectory is not queued. The buffer keeps the finished solve and makes one chunk when the reader
+// - Events of the running engine are queued, at most `max_events`, and `max_chunks` chunks of the trajectory among
+//   them. When a reader is so slow that iterates fill their share of the queue, the oldest iterate is dropped for each
+//   new one. When windows alone fill it (a reader that stopped while thousands of windows went by), the oldest window
+//   event is dropped too. Each run of dropped neighbors is replaced by one gap. An event takes about 0.3 KB here and a
+//   chunk 1/4 MB, so the default is 3.5 MB at most.
+// - The rest of the trajectory is not queued. The buffer keeps the finished solve and makes one chunk when the reader
 //   requests it.
 //
 // `accepted`, `analysis`, the chunks and the summary are never dropped. The numbers of the events delivered
@@ -37,13 +37,16 @@ class EventBuffer {
   struct Limits {
     std::size_t max_events = 8192;
     std::size_t max_iterates = 4096;  // of max_events
+    std::size_t max_chunks = 2;       // one is sent while the next is made
   };
 
   EventBuffer() : EventBuffer(Limits()) {}
-  // Both limits are at least 1, and max_events is at least 4.
+  // All limits are at least 1, and max_events is at least 4 + 2 max_chunks.
   explicit EventBuffer(const Limits& limits) : limits_(limits) {}
 
   void Put(v1::SolveEvent event);
+  // Whether there is room for a chunk of the trajectory.
+  bool WantsChunk() const;
 
   // No more events will be put: the remaining ones come from the finished solve, or the call ends with an error.
   void Close(absl::StatusOr<FinishedSolve> finished);
@@ -81,6 +84,7 @@ class EventBuffer {
   // none.
   Queue::iterator oldest_iterate_ = queue_.end();
   std::size_t iterates_ = 0;  // queued
+  std::size_t chunks_ = 0;    // queued
   std::int64_t conflated_iterates_ = 0;
   std::optional<absl::StatusOr<FinishedSolve>> finished_;
   bool summary_given_ = false;

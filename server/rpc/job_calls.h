@@ -29,6 +29,7 @@ class JobWatchCall final : public StreamCall<v1::SolveEvent> {
  private:
   absl::Status Work() override;
   absl::StatusOr<Got> Next(v1::SolveEvent& event) override;
+  bool HasMore() const override { return behind_gap_.has_value() || watch_->has_more(); }
   absl::StatusOr<Got> ToMessage(const jobs::Event& delivered, v1::SolveEvent& event) const;
 
   const v1::WatchSolveJobRequest& request_;  // owned by gRPC, valid until OnDone()

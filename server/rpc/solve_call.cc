@@ -143,8 +143,10 @@ absl::StatusOr<FinishedSolve> SolveCall::Solve() {
 }
 
 void SolveCall::Accept(v1::SolveEvent event) {
+  // There is nothing to gather with a chunk, which is large.
+  const std::chrono::milliseconds delay = event.has_trajectory() ? std::chrono::milliseconds(0) : kGathering;
   buffer_.Put(std::move(event));
-  PumpSoon();
+  PumpSoon(delay);
 }
 
 void EnsembleCall::Run() {

@@ -84,6 +84,7 @@ class SolveCall final : public SolverCall<v1::SolveEvent, EventBuffer>, public S
       : SolverCall(environment, context), request_(request) {}
 
   void Accept(v1::SolveEvent event) override;
+  bool WantsTrajectory() override { return buffer_.WantsChunk(); }
 
  protected:
   void Run() override;

@@ -130,14 +130,19 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
     }
   }
 
+  // Too short for a viewer to notice.
+  static constexpr std::chrono::milliseconds kGathering{2};
+
   // Calls Pump() after a short delay, on a gRPC thread, unless a write is in flight (OnWriteDone() will call Pump()
   // then). This keeps serialization and system calls off the engine's thread, and messages within the delay are sent
-  // together.
-  void PumpSoon() {
+  // together. Without a delay the thread starts at once; alarms are otherwise late by up to a millisecond.
+  void PumpSoon(std::chrono::milliseconds delay = kGathering) {
     if (writing_ || is_due_.exchange(true)) return;
+    using std::chrono::system_clock;
+    const system_clock::time_point when = delay.count() > 0 ? system_clock::now() + delay : system_clock::time_point();
     const std::lock_guard lock(mutex_);
     gathering_ = std::make_unique<grpc::Alarm>();  // a new one: the last may not have finished yet
-    gathering_->Set(std::chrono::system_clock::now() + kGathering, [call = this->weak_from_this()](bool /*rang*/) {
+    gathering_->Set(when, [call = this->weak_from_this()](bool /*rang*/) {
       const std::shared_ptr<StreamCall> self = call.lock();
       if (self == nullptr) return;
       self->is_due_ = false;
@@ -159,8 +164,6 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
   grpc::CallbackServerContext& context_;  // owned by gRPC, valid until OnDone()
 
  private:
-  // Too short for a viewer to notice.
-  static constexpr std::chrono::milliseconds kGathering{2};
   static constexpr std::size_t kLargeBytes = std::size_t{1} << 16;
 
   void Begin() {

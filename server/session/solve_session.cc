@@ -33,6 +33,15 @@ google::protobuf::Timestamp Now() {
 // A chunk of 1/4 MB stays in the L2 cache while it is made, serialized and sent, and the reader processes it while the
 // next is made. The contract says below 1 MB.
 constexpr Index kMaxChunkDoubles = (Index{1} << 18) / sizeof(double);
+// A chunk that is sent while the engine runs has at least this size, or follows the last one after this time.
+constexpr Index kEarlyChunkDoubles = kMaxChunkDoubles / 4;
+constexpr std::chrono::milliseconds kEarlyChunkInterval{100};
+
+// The number of times in a chunk.
+Index TimesPerChunk(const Solution& solution, const OutputEvaluator* outputs, Index doubles) {
+  const Index per_time = 1 + solution.x.rows() + 2 * solution.y.rows() + (outputs != nullptr ? outputs->shown() : 0);
+  return std::max<Index>(doubles / per_time, 1);
+}
 
 absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& options, Observer& observer,
                                      std::stop_token stop, SetupCache* setups) {
@@ -51,7 +60,9 @@ absl::StatusOr<ValidSystem> ReadSystem(const v1::SolveRequest& request, const Se
 // Numbers the events of one solve and turns what the engine reports into them.
 class EventWriter final : public Observer {
  public:
-  EventWriter(SolveSink& sink, const ComponentNames& names) : sink_(sink), names_(names) {}
+  // `outputs` is null if the problem has none.
+  EventWriter(SolveSink& sink, const ComponentNames& names, OutputEvaluator* outputs)
+      : sink_(sink), names_(names), outputs_(outputs) {}
 
   void Accept(const std::string& solve_id, const PreparedSolve& prepared) {
     Send([&](v1::SolveEvent& event) {
@@ -72,8 +83,23 @@ class EventWriter final : public Observer {
   void OnWindowFinished(const WindowOutcome& outcome) override {
     Send([&](v1::SolveEvent& event) { *event.mutable_window_finished() = ToProto(outcome); });
   }
+  bool WantsCheckpoint() override { return sink_.WantsTrajectory(); }
+  void OnCheckpoint(const Checkpoint& checkpoint) override {
+    const Solution& solution = checkpoint.solution;
+    const Index end = checkpoint.first + checkpoint.count;
+    while (next_time_ < end && IsWorthAChunk(solution, end - next_time_) && sink_.WantsTrajectory()) {
+      const Index count = std::min(TimesPerChunk(solution, outputs_, kMaxChunkDoubles), end - next_time_);
+      Send([&](v1::SolveEvent& event) {
+        *event.mutable_trajectory() = ChunkToProto(solution, next_time_, count, outputs_);
+      });
+      next_time_ += count;
+      last_chunk_ = std::chrono::steady_clock::now();
+    }
+  }
 
   std::int64_t next_sequence() const { return next_sequence_; }
+  // The number of times sent.
+  Index next_time() const { return next_time_; }
 
  private:
   template <typename Fill>
@@ -85,9 +111,17 @@ class EventWriter final : public Observer {
     sink_.Accept(std::move(event));
   }
 
+  bool IsWorthAChunk(const Solution& solution, Index times) const {
+    return times >= TimesPerChunk(solution, outputs_, kEarlyChunkDoubles) ||
+           std::chrono::steady_clock::now() - last_chunk_ >= kEarlyChunkInterval;
+  }
+
   SolveSink& sink_;
   const ComponentNames& names_;
+  OutputEvaluator* const outputs_;
   std::int64_t next_sequence_ = 1;
+  Index next_time_ = 0;
+  std::chrono::steady_clock::time_point last_chunk_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace
@@ -154,8 +188,12 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
 }
 
 FinishedSolve::FinishedSolve(Solution solution, std::optional<OutputEvaluator> outputs, StopCause cause,
-                             std::int64_t next_sequence)
-    : solution_(std::move(solution)), outputs_(std::move(outputs)), cause_(cause), next_sequence_(next_sequence) {}
+                             std::int64_t next_sequence, Index next_time)
+    : solution_(std::move(solution)),
+      outputs_(std::move(outputs)),
+      cause_(cause),
+      next_sequence_(next_sequence),
+      next_time_(next_time) {}
 
 absl::StatusOr<std::optional<OutputEvaluator>> OutputsOf(const Problem& problem, const Options& options) {
   if (problem.outputs.shown() == 0) return std::optional<OutputEvaluator>();
@@ -176,9 +214,8 @@ std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
   v1::SolveEvent event;
   const auto num_times = static_cast<Index>(solution_.times.size());
   if (next_time_ < num_times) {
-    const Index per_time = 1 + solution_.x.rows() + 2 * solution_.y.rows() + (outputs_ ? outputs_->shown() : 0);
-    const Index count = std::clamp<Index>(kMaxChunkDoubles / per_time, 1, num_times - next_time_);
-    *event.mutable_trajectory() = ChunkToProto(solution_, next_time_, count, outputs_ ? &*outputs_ : nullptr);
+    const Index count = std::min(TimesPerChunk(solution_, outputs(), kMaxChunkDoubles), num_times - next_time_);
+    *event.mutable_trajectory() = ChunkToProto(solution_, next_time_, count, outputs());
     next_time_ += count;
   } else {
     v1::Summary& summary = *event.mutable_summary();
@@ -197,17 +234,18 @@ std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
 
 absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std::string& solve_id,
                                        const SolveControl& control, SolveSink& sink, SetupCache* setups) {
-  EventWriter writer(sink, prepared.names);
+  absl::StatusOr<std::optional<OutputEvaluator>> outputs = std::optional<OutputEvaluator>();
+  if (const auto* linear = std::get_if<Problem>(&prepared.system)) outputs = OutputsOf(*linear, prepared.options);
+  if (!outputs.ok()) return outputs.status();
+  EventWriter writer(sink, prepared.names, *outputs ? &**outputs : nullptr);
   writer.Accept(solve_id, prepared);
   absl::StatusOr<Solution> solution = std::visit(
       [&](const auto& problem) { return SolveSystem(problem, prepared.options, writer, control.token(), setups); },
       prepared.system);
   if (!solution.ok()) return FromEngine(solution.status(), prepared.system);
   AddNames(prepared.names, *solution);
-  absl::StatusOr<std::optional<OutputEvaluator>> outputs = std::optional<OutputEvaluator>();
-  if (const auto* linear = std::get_if<Problem>(&prepared.system)) outputs = OutputsOf(*linear, prepared.options);
-  if (!outputs.ok()) return outputs.status();
-  return FinishedSolve(*std::move(solution), *std::move(outputs), control.cause(), writer.next_sequence());
+  return FinishedSolve(*std::move(solution), *std::move(outputs), control.cause(), writer.next_sequence(),
+                       writer.next_time());
 }
 
 absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits, const std::string& solve_id,

@@ -52,6 +52,8 @@ class SolveSink {
  public:
   virtual ~SolveSink() = default;
   virtual void Accept(v1::SolveEvent event) = 0;
+  // Whether a chunk of the trajectory is welcome while the engine runs; if not, it follows when the solve is finished.
+  virtual bool WantsTrajectory() { return false; }
 };
 
 // A request that is ready to run: converted, validated and within the limits.
@@ -75,8 +77,10 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
 // slow reader costs the memory of the solution and not a second copy.
 class FinishedSolve {
  public:
-  // `next_sequence` continues the numbers of the events that the sink received.
-  FinishedSolve(Solution solution, std::optional<OutputEvaluator> outputs, StopCause cause, std::int64_t next_sequence);
+  // `next_sequence` continues the numbers of the events that the sink received, `next_time` the times of the
+  // trajectory.
+  FinishedSolve(Solution solution, std::optional<OutputEvaluator> outputs, StopCause cause, std::int64_t next_sequence,
+                Index next_time = 0);
 
   // The chunks in order, then the summary, then nothing. O(1 MB) per call.
   std::optional<v1::SolveEvent> NextEvent();
@@ -92,7 +96,7 @@ class FinishedSolve {
   std::optional<OutputEvaluator> outputs_;
   StopCause cause_;
   std::int64_t next_sequence_;
-  Index next_time_ = 0;
+  Index next_time_;
   bool summary_made_ = false;
 };
 
@@ -103,7 +107,8 @@ absl::StatusOr<std::optional<OutputEvaluator>> OutputsOf(const Problem& problem,
 // The peak memory of this process so far.
 double PeakResidentBytes();
 
-// Runs the engine. `sink` gets accepted (with `solve_id`), analysis, windows and iterates, numbered from 1.
+// Runs the engine. `sink` gets accepted (with `solve_id`), analysis, windows, iterates, and the chunks that it wants of
+// the trajectory so far, numbered from 1.
 // Errors: InvalidArgument for rules that only the engine can check (a solution rule that M does not admit). Threads:
 // those of the engine; `sink` is called from the calling one. `setups` may be null; it shares set-ups between solves of
 // the same matrices.

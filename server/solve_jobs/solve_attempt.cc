@@ -73,7 +73,7 @@ class RunObserver final : public Observer {
   void OnCheckpoint(const Checkpoint& checkpoint) override {
     last_checkpoint_ = steady_clock::now();
     Store(checkpoint.solution, checkpoint.first + checkpoint.count, checkpoint.time,
-          Tagged(kEngineState, checkpoint.state));
+          Tagged(kEngineState, checkpoint.state()));
   }
 
   // Stores the columns of `solution` below `end` that are not stored yet, in chunks; `state` is the state after the

@@ -77,6 +77,7 @@ absl::Status WatchView::Admits(const v1::Analysis& analysis) const {
 void WatchView::Narrow(v1::Iterate& iterate) const {
   if (iterate.times().empty()) return;
   const auto size = static_cast<std::size_t>(iterate.times_size());
+  if (components_.empty() && iterate.y_components().empty() && size <= detail_.most_times) return;  // wants all of it
   const auto rows = static_cast<std::size_t>(iterate.y_size()) / size;
   // Rows of the reported components, in the requested order.
   std::vector<std::size_t> wanted;

@@ -1,28 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the service costs on top of the engine: the same solve in this process and through a server over
-// loopback, and the rate of its streams beside a bare gRPC stream that sends the same messages.
+// loopback; iterates of a job that are watched with all their values; and streams beside a bare gRPC stream of the same
+// messages.
 //
 //     service_bench [--quick] [Google Benchmark's flags]
 //
-// Times are wall-clock times; beside them stands the processor time of the whole process, server and client,
-// which says on a busy machine what the wall clock cannot.
+// The servers run in a process of their own, as in use. Times are wall-clock times; beside them stand the processor
+// times of a run, `processor_ms` of both processes and `server_ms` of the servers alone, which say on a busy machine
+// what the wall clock cannot. A run of one way follows runs of the others, so that they share what disturbs them.
 
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <ctime>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "client/local/local_backend.h"
 #include "client/rpc/client.h"
+#include "core/models/signorini.h"
+#include "core/parallel/memory_pages.h"
+#include "core/solve.h"
 #include "dlcs/v1/solver.grpc.pb.h"
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server_builder.h"
 #include "server/dlcs_server.h"
+#include "server/solve_jobs/watch_view.h"
 #include "server/wire/convert.h"
 #include "spdlog/spdlog.h"
 #include "tests/bench/bench_support.h"
+#include "tests/server/store/temporary_folder.h"
+#include "tests/support/lcp_problems.h"
 #include "tests/support/problems.h"
 
 namespace dlcs::bench {
@@ -38,6 +57,8 @@ struct Case {
   std::string name;
   Problem problem;
   Options options;
+  int runs = 1;  // in one repetition
+  int most_repetitions = 15;
 
   v1::SolveRequest Request() const {
     v1::SolveRequest request;
@@ -47,8 +68,8 @@ struct Case {
   }
 };
 
-Case MakeCase(const std::string& name, Method method, Index steps, Index output_times) {
-  Case result{name, testing::FourVariableEasy(), {}};
+Case MakeCase(std::string name, Problem problem, Method method, Index steps, Index output_times, int runs) {
+  Case result{.name = std::move(name), .problem = std::move(problem), .options = {}, .runs = runs};
   result.options.method = method;
   result.options.num_steps = steps;
   result.options.estimate_error = false;
@@ -61,38 +82,71 @@ Case MakeCase(const std::string& name, Method method, Index steps, Index output_
   return result;
 }
 
-// Solves of some 10 and 100 ms: with their whole trajectory, 64 bytes a step, and with 100 times of it.
+// m damped states that are driven through n pairs with a dense M-matrix. Half of the g_i are negative at any time; they
+// are sampled, since formulas would cost more than the LCPs.
+Problem DensePairs(Index m, Index n) {
+  testing::LcpGenerator generator(5);
+  const double over_m = 0.5 / std::sqrt(static_cast<double>(m));
+  Problem problem;
+  problem.A = over_m * generator.Gaussian(m, m) - 2 * Matrix::Identity(m, m);
+  problem.B = generator.Gaussian(m, n) / std::sqrt(static_cast<double>(n));
+  problem.N = over_m * generator.Gaussian(n, m);
+  problem.M = generator.MMatrix(n);
+  problem.f = TimeFunction::Zero(m);
+  constexpr Index kSamples = 65;
+  std::vector<double> times(kSamples);
+  Matrix g(n, kSamples);
+  for (Index k = 0; k < kSamples; ++k) {
+    times[k] = static_cast<double>(k) / (kSamples - 1);
+    for (Index i = 0; i < n; ++i) g(i, k) = std::sin(3 * times[k] + 2.4 * static_cast<double>(i));
+  }
+  problem.g = TimeFunction::Sampled(std::move(times), std::move(g));
+  problem.x0 = Vector::Ones(m);
+  problem.horizon = 1;
+  return problem;
+}
+
+Problem Membrane(Index cells) {
+  SignoriniModel model;
+  model.cells = cells;
+  return MakeSignoriniProblem(model).value();
+}
+
 std::vector<Case> OverheadCases() {
-  return {MakeCase("march 10 ms, 100 times", Method::kExponentialIntegrator, 24'000, 100),
-          MakeCase("march 10 ms, all times", Method::kExponentialIntegrator, 24'000, 0),
-          MakeCase("march 100 ms, all times", Method::kExponentialIntegrator, 240'000, 0),
-          MakeCase("iteration 10 ms, all times", Method::kLaplaceIteration, 6'000, 0),
-          MakeCase("iteration 100 ms, all times", Method::kLaplaceIteration, 60'000, 0)};
+  using testing::FourVariableEasy;
+  return {MakeCase("march, 100 pairs, all times", DensePairs(4, 100), Method::kExponentialIntegrator, 870, 0, 10),
+          MakeCase("march, 100 pairs, 100 states, all times", DensePairs(100, 100), Method::kExponentialIntegrator, 250,
+                   0, 10),
+          MakeCase("march, 4 pairs, 100 times", FourVariableEasy(), Method::kExponentialIntegrator, 24'000, 100, 10),
+          MakeCase("march, 4 pairs, 24,000 times", FourVariableEasy(), Method::kExponentialIntegrator, 24'000, 0, 10),
+          MakeCase("iteration, 4 pairs, 6,000 times", FourVariableEasy(), Method::kLaplaceIteration, 6'000, 0, 10)};
 }
 
-std::string WhatIsWrong(const absl::StatusOr<SolveResult>& result, std::size_t times) {
-  if (!result.ok()) return std::string(result.status().message());
-  if (result->summary.termination() != v1::TERMINATION_REACHED_END) return result->summary.message();
-  if (result->times.size() != times) return "times are missing";
-  return "";
+// Iterations whose y at every time is watched. The solve of dense matrices takes seconds; that of the membrane, whose
+// matrices need no products, hardly more than to copy its iterates some times.
+std::vector<Case> IterateCases() {
+  std::vector<Case> cases{MakeCase("dense, 255 pairs", DensePairs(20, 255), Method::kLaplaceIteration, 400, 1, 1),
+                          MakeCase("membrane, 255 pairs", Membrane(256), Method::kLaplaceIteration, 400, 1, 2),
+                          MakeCase("membrane, one window", Membrane(256), Method::kLaplaceIteration, 400, 1, 1)};
+  cases.front().most_repetitions = 3;
+  cases.back().options.window_steps = Options::kWholeHorizon;
+  return cases;
 }
 
-void SolveInEngine(benchmark::State& state, const Case& the_case) {
-  for (auto _ : state) {
-    if (!SolveOrSkip(state, the_case.problem, the_case.options)) return;
-  }
-}
+// The events of one kind that a solve sends, and how fast they come.
+struct Stream {
+  std::string name;
+  Case the_case;
+  bool (v1::SolveEvent::*is_counted)() const;
+};
 
-void SolveThroughBackend(benchmark::State& state, const Case& the_case, client::Backend& backend) {
-  const std::optional<Solution> expected = SolveOrSkip(state, the_case.problem, the_case.options);
-  if (!expected) return;
-  const v1::SolveRequest request = the_case.Request();
-  for (auto _ : state) {
-    const absl::StatusOr<SolveResult> result = backend.Solve(request, {}, {});
-    const std::string wrong = WhatIsWrong(result, expected->times.size());
-    if (wrong.empty() && result->x.back() == expected->x(expected->x.rows() - 1, expected->x.cols() - 1)) continue;
-    return state.SkipWithError(wrong.empty() ? "other bits than the engine's" : wrong.c_str());
-  }
+std::vector<Stream> Streams() {
+  using testing::FourVariableEasy;
+  Case chatty = MakeCase("", FourVariableEasy(), Method::kLaplaceIteration, 4'000, 1, 1);
+  chatty.options.window_steps = 1;
+  return {{"trajectory", MakeCase("", FourVariableEasy(), Method::kExponentialIntegrator, 250'000, 0, 1),
+           &v1::SolveEvent::has_trajectory},
+          {"iterates", std::move(chatty), &v1::SolveEvent::has_iterate}};
 }
 
 // Sends given events and nothing else: what gRPC can do with these messages.
@@ -118,18 +172,188 @@ class BareService final : public v1::SolverService::CallbackService {
   }
 };
 
-// The events of one kind that a solve sends, and how fast they come.
-struct Stream {
-  std::string name;
-  Case the_case;
-  bool (v1::SolveEvent::*is_counted)() const;
+// The events that the streams and, after them, the watched iterates consist of.
+std::vector<std::vector<v1::SolveEvent>> RecordedEvents() {
+  std::vector<std::vector<v1::SolveEvent>> recorded;
+  client::LocalBackend local;
+  for (const Stream& stream : Streams()) {
+    std::vector<v1::SolveEvent>& events = recorded.emplace_back();
+    local.Solve(stream.the_case.Request(), [&](const v1::SolveEvent& event) { events.push_back(event); }, {}).value();
+  }
+  class Recorder final : public Observer {
+   public:
+    void OnIterate(const IterateReport& report, const IterateValues& values) override {
+      v1::Iterate& iterate = *events.emplace_back().mutable_iterate();
+      iterate = ToProto(report);
+      AddValues(values, {.most_times = values.times.size()}, iterate);
+    }
+    std::vector<v1::SolveEvent> events;
+  };
+  for (const Case& the_case : IterateCases()) {
+    Recorder recorder;
+    Solve(the_case.problem, the_case.options, recorder, {}).value();
+    recorder.events.emplace_back().mutable_summary()->set_termination(v1::TERMINATION_REACHED_END);
+    recorded.push_back(std::move(recorder.events));
+  }
+  return recorded;
+}
+
+// A server of `dlcsd`, and one for each recorded stream, in a process of their own.
+class Servers {
+ public:
+  Servers() {
+    std::array<int, 2> ends{};
+    if (pipe(ends.data()) != 0) throw std::runtime_error("no pipe");
+    process_ = fork();
+    if (process_ == 0) {
+      close(ends[0]);
+      Serve(folder_.File("jobs.db"), ends[1]);
+    }
+    close(ends[1]);
+    std::string text;
+    std::array<char, 4096> read_bytes{};
+    for (ssize_t size; (size = read(ends[0], read_bytes.data(), read_bytes.size())) > 0;) {
+      text.append(read_bytes.data(), static_cast<std::size_t>(size));
+      if (text.ends_with('\n')) break;
+    }
+    std::istringstream words(text);
+    for (std::string address; words >> address;) clients_.push_back(*Client::Connect(address));
+    if (process_ < 0 || clients_.empty() || clock_getcpuclockid(process_, &clock_) != 0) {
+      throw std::runtime_error("no servers");
+    }
+  }
+  ~Servers() {
+    kill(process_, SIGKILL);
+    waitpid(process_, nullptr, 0);
+  }
+  Servers(const Servers&) = delete;
+  Servers& operator=(const Servers&) = delete;
+
+  Client& dlcsd() { return *clients_.front(); }
+  Client& bare(std::size_t recorded) { return *clients_.at(1 + recorded); }
+  double ProcessorSeconds() const {
+    timespec time{};
+    clock_gettime(clock_, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  }
+
+ private:
+  // Writes the addresses as a line, and serves until it is killed.
+  [[noreturn]] static void Serve(const std::string& store, int output) {
+    ServerConfig config;
+    config.listen = "127.0.0.1:0";
+    config.store = store;
+    config.setup_cache_bytes = 0;  // as the engine has none
+    const std::unique_ptr<DlcsServer> server = *DlcsServer::Start(config);
+    std::string addresses = server->address();
+    std::vector<std::unique_ptr<BareService>> services;
+    std::vector<std::unique_ptr<grpc::Server>> bare;
+    for (std::vector<v1::SolveEvent>& events : RecordedEvents()) {
+      services.emplace_back(std::make_unique<BareService>())->events = std::move(events);
+      int port = 0;
+      grpc::ServerBuilder builder;
+      builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+      builder.RegisterService(services.back().get());
+      bare.push_back(builder.BuildAndStart());
+      addresses += " 127.0.0.1:" + std::to_string(port);
+    }
+    addresses += '\n';
+    if (write(output, addresses.data(), addresses.size()) < 0) _exit(1);
+    for (;;) pause();
+  }
+
+  const jobs::testing::TemporaryFolder folder_;
+  pid_t process_ = -1;
+  clockid_t clock_{};
+  std::vector<std::unique_ptr<Client>> clients_;
 };
 
-std::vector<Stream> Streams() {
-  Case chatty = MakeCase("", Method::kLaplaceIteration, 4'000, 1);
-  chatty.options.window_steps = 1;
-  return {{"trajectory", MakeCase("", Method::kExponentialIntegrator, 1'000'000, 0), &v1::SolveEvent::has_trajectory},
-          {"iterates", std::move(chatty), &v1::SolveEvent::has_iterate}};
+// Counts the processor time of the runs of `state`.
+class ProcessorMeter {
+ public:
+  ProcessorMeter(benchmark::State& state, const Servers& servers) : state_(state), servers_(servers) {}
+  ~ProcessorMeter() {
+    const auto runs = static_cast<double>(state_.iterations());
+    const double server = servers_.ProcessorSeconds() - server_;
+    state_.counters["server_ms"] = 1e3 * server / runs;
+    state_.counters["processor_ms"] = 1e3 * (ProcessorSeconds() - client_ + server) / runs;
+  }
+
+ private:
+  benchmark::State& state_;
+  const Servers& servers_;
+  const double client_ = ProcessorSeconds();
+  const double server_ = servers_.ProcessorSeconds();
+};
+
+void SolveInEngine(benchmark::State& state, const Case& the_case, const Servers& servers) {
+  const ProcessorMeter meter(state, servers);
+  for (auto _ : state) {
+    if (!SolveOrSkip(state, the_case.problem, the_case.options)) return;
+  }
+}
+
+std::string WhatIsWrong(const absl::StatusOr<SolveResult>& result, const Solution& expected) {
+  if (!result.ok()) return std::string(result.status().message());
+  if (result->summary.termination() != v1::TERMINATION_REACHED_END) return result->summary.message();
+  if (result->times.size() != expected.times.size()) return "times are missing";
+  if (!std::equal(result->y.begin(), result->y.end(), expected.y.data())) return "other bits than the engine's";
+  return "";
+}
+
+void SolveThroughBackend(benchmark::State& state, const Case& the_case, client::Backend& backend,
+                         const Servers& servers) {
+  const std::optional<Solution> expected = SolveOrSkip(state, the_case.problem, the_case.options);
+  if (!expected) return;
+  const v1::SolveRequest request = the_case.Request();
+  absl::StatusOr<SolveResult> result = backend.Solve(request, {}, {});  // warms the connection
+  {
+    const ProcessorMeter meter(state, servers);
+    for (auto _ : state) result = backend.Solve(request, {}, {});
+  }
+  if (const std::string wrong = WhatIsWrong(result, *expected); !wrong.empty()) state.SkipWithError(wrong.c_str());
+}
+
+// Runs the solve as a job, and watches it.
+void WatchJob(benchmark::State& state, const Case& the_case, v1::WatchView view, Servers& servers) {
+  v1::CreateSolveJobRequest request;
+  *request.mutable_solve() = the_case.Request();
+  client::JobClient& jobs = servers.dlcsd().jobs();
+  double iterates = 0, values = 0, missed = 0;
+  const ProcessorMeter meter(state, servers);
+  for (auto _ : state) {
+    const absl::StatusOr<v1::SolveJob> job = jobs.Submit(request, {});
+    if (!job.ok()) return state.SkipWithError(std::string(job.status().message()).c_str());
+    v1::WatchSolveJobRequest watch;
+    watch.set_name(job->name());
+    watch.set_view(view);
+    const absl::Status watched = jobs.Watch(watch,
+                                            [&](const v1::SolveEvent& event) {
+                                              const v1::Gap& gap = event.gap();
+                                              if (event.has_gap())
+                                                missed +=
+                                                    static_cast<double>(gap.last_sequence() - gap.first_sequence() + 1);
+                                              iterates += event.has_iterate() ? 1 : 0;
+                                              values += event.iterate().y_size();
+                                            },
+                                            {});
+    if (!watched.ok()) return state.SkipWithError(std::string(watched.message()).c_str());
+  }
+  const auto runs = static_cast<double>(state.iterations());
+  state.counters["iterates"] = iterates / runs;
+  state.counters["values_bytes"] = 8 * values / runs;
+  state.counters["missed"] = missed;
+}
+
+// Reads a bare stream to its end.
+void ReadBare(benchmark::State& state, const Case& the_case, Client& bare, const Servers& servers) {
+  const v1::SolveRequest request = the_case.Request();
+  const ProcessorMeter meter(state, servers);
+  for (auto _ : state) {
+    if (const auto result = bare.Solve(request, {}, {}); !result.ok()) {
+      return state.SkipWithError(std::string(result.status().message()).c_str());
+    }
+  }
 }
 
 // Calls `backend`, and counts messages and bytes from the first counted event to the end.
@@ -161,62 +385,55 @@ void ReadStream(benchmark::State& state, const Stream& stream, client::Backend& 
   state.counters["missed"] = missed;
 }
 
-void Register(const std::string& name, bool quick, std::function<void(benchmark::State&)> run, bool manual = false) {
-  benchmark::internal::Benchmark* const bench = benchmark::RegisterBenchmark(name.c_str(), std::move(run));
-  bench->Unit(benchmark::kMillisecond)
-      ->MinTime(quick ? 0.05 : 0.2)
-      ->Repetitions(quick ? 7 : 15)
-      ->MeasureProcessCPUTime();
-  if (manual) {
-    bench->UseManualTime();
-  } else {
-    bench->UseRealTime();
-  }
-}
-
 int Main(int argc, char** argv) {
   const bool quick = TakeFlag(argc, argv, "--quick");
   spdlog::set_level(spdlog::level::off);
-  ServerConfig config;
-  config.listen = "127.0.0.1:0";
-  const std::unique_ptr<DlcsServer> server = *DlcsServer::Start(config);
-  const auto service_client = *Client::Connect(server->address());
+  RetainFreedMemory();  // in both processes, as dlcsd does
+  Servers servers;      // before this process has threads
   client::LocalBackend local;
 
-  const std::vector<Case> cases = OverheadCases();
-  for (const Case& the_case : cases) {
-    const std::string name = "overhead/" + the_case.name + "/";
-    Register(name + "engine", quick, [&](benchmark::State& state) { SolveInEngine(state, the_case); });
-    Register(name + "local", quick, [&](benchmark::State& state) { SolveThroughBackend(state, the_case, local); });
-    Register(name + "service", quick,
-             [&](benchmark::State& state) { SolveThroughBackend(state, the_case, *service_client); });
+  const int most_repetitions = quick ? 5 : 15;
+  const auto add = [&](const std::string& name, const Case& the_case, std::function<void(benchmark::State&)> run) {
+    return benchmark::RegisterBenchmark(name.c_str(), std::move(run))
+        ->Unit(benchmark::kMillisecond)
+        ->Iterations(the_case.runs)
+        ->Repetitions(std::min(most_repetitions, the_case.most_repetitions));
+  };
+
+  const std::vector<Case> overhead = OverheadCases();
+  for (const Case& the_case : overhead) {
+    const auto add_way = [&](const std::string& way, std::function<void(benchmark::State&)> run) {
+      add("overhead/" + the_case.name + "/" + way, the_case, std::move(run))->UseRealTime();
+    };
+    add_way("engine", [&](benchmark::State& state) { SolveInEngine(state, the_case, servers); });
+    add_way("local", [&](benchmark::State& state) { SolveThroughBackend(state, the_case, local, servers); });
+    add_way("service",
+            [&](benchmark::State& state) { SolveThroughBackend(state, the_case, servers.dlcsd(), servers); });
   }
 
-  struct Bare {
-    BareService service;
-    std::unique_ptr<grpc::Server> server;
-    std::unique_ptr<Client> client;
-  };
-  std::vector<std::unique_ptr<Bare>> bares;
   const std::vector<Stream> streams = Streams();
-  for (const Stream& stream : streams) {
-    Bare& bare = *bares.emplace_back(std::make_unique<Bare>());
-    const auto recorded = local.Solve(stream.the_case.Request(),
-                                      [&](const v1::SolveEvent& event) { bare.service.events.push_back(event); }, {});
-    if (!recorded.ok()) return 1;
-    int port = 0;
-    grpc::ServerBuilder builder;
-    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-    builder.RegisterService(&bare.service);
-    bare.server = builder.BuildAndStart();
-    bare.client = *Client::Connect("127.0.0.1:" + std::to_string(port));
-    const std::string name = "stream/" + stream.name + "/";
-    Register(
-        name + "engine", quick, [&](benchmark::State& state) { ReadStream(state, stream, local); }, true);
-    Register(
-        name + "service", quick, [&](benchmark::State& state) { ReadStream(state, stream, *service_client); }, true);
-    Register(
-        name + "bare", quick, [&](benchmark::State& state) { ReadStream(state, stream, *bare.client); }, true);
+  for (std::size_t k = 0; k < streams.size(); ++k) {
+    const auto add_way = [&, k](const std::string& way, client::Backend& backend) {
+      add("stream/" + streams[k].name + "/" + way, streams[k].the_case, [&, k](benchmark::State& state) {
+        ReadStream(state, streams[k], backend);
+      })->UseManualTime();
+    };
+    add_way("engine", local);
+    add_way("service", servers.dlcsd());
+    add_way("bare", servers.bare(k));
+  }
+
+  const std::vector<Case> iterations = IterateCases();
+  for (std::size_t k = 0; k < iterations.size(); ++k) {
+    const Case& the_case = iterations[k];
+    const auto add_way = [&](const std::string& way, std::function<void(benchmark::State&)> run) {
+      add("iterates/" + the_case.name + "/" + way, the_case, std::move(run))->UseRealTime();
+    };
+    add_way("engine", [&](benchmark::State& state) { SolveInEngine(state, the_case, servers); });
+    add_way("job", [&](benchmark::State& state) { WatchJob(state, the_case, v1::WATCH_VIEW_RESIDUALS, servers); });
+    add_way("full", [&](benchmark::State& state) { WatchJob(state, the_case, v1::WATCH_VIEW_FULL, servers); });
+    Client& bare = servers.bare(streams.size() + k);
+    add_way("bare", [&](benchmark::State& state) { ReadBare(state, the_case, bare, servers); });
   }
   return RunAll(argc, argv, Order::kShuffled);
 }

@@ -271,8 +271,8 @@ class LateCheckpoint : public Observer {
   void OnCheckpoint(const Checkpoint& checkpoint) override {
     const Solution& solution = checkpoint.solution;
     const Index columns = checkpoint.first + checkpoint.count;
-    point_ = {checkpoint.time < 0.6 ? "" : checkpoint.state, solution.x.leftCols(columns), solution.y.leftCols(columns),
-              solution.w.leftCols(columns)};
+    point_ = {checkpoint.time < 0.6 ? "" : checkpoint.state(), solution.x.leftCols(columns),
+              solution.y.leftCols(columns), solution.w.leftCols(columns)};
   }
   const ResumePoint& point() const { return point_; }
 

@@ -51,7 +51,7 @@ class Taker final : public Observer {
     point.x.rightCols(checkpoint.count) = checkpoint.solution.x.middleCols(checkpoint.first, checkpoint.count);
     point.y.rightCols(checkpoint.count) = checkpoint.solution.y.middleCols(checkpoint.first, checkpoint.count);
     point.w.rightCols(checkpoint.count) = checkpoint.solution.w.middleCols(checkpoint.first, checkpoint.count);
-    point.state = checkpoint.state;
+    point.state = checkpoint.state();
   }
 
   std::size_t last_;

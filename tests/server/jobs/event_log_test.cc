@@ -55,7 +55,9 @@ class EventLogTest : public ::testing::Test {
   std::vector<std::string> Read(EventWatch& watch, std::size_t page = 3) const {
     std::vector<std::string> texts;
     for (;;) {
+      const bool more = watch.has_more();
       EventWatch::Delivery delivery = watch.Next();
+      EXPECT_EQ(more, delivery.got == Got::kEvent);
       if (delivery.gap.has_value()) texts.push_back(Text(*delivery.gap));
       switch (delivery.got) {
         case Got::kEvent:

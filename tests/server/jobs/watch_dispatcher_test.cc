@@ -143,6 +143,27 @@ TEST(WatchDispatcherTest, RingsForHeartbeatsWhileNothingHappens) {
   EXPECT_LE(reader.heartbeats(), (std::chrono::steady_clock::now() - begin) / 20ms);
 }
 
+TEST(WatchDispatcherTest, RingsOnceForEventsThatFollowAtOnce) {
+  WatchDispatcher dispatcher(SystemClock());
+  const auto log = MakeLog(dispatcher);
+  std::atomic<int> rings = 0;
+  EventWatch watch(log, {}, [&rings] { ++rings; });
+  const auto begin = std::chrono::steady_clock::now();
+  int events = 0, last_rings = -1;
+  while (std::chrono::steady_clock::now() - begin < 100ms) {
+    log->Append(EventKind::kIterate, "i");
+    ++events;
+    if (rings == last_rings) continue;
+    last_rings = rings;
+    while (watch.Next().got == Got::kEvent) {
+    }
+  }
+  const auto rounds = (std::chrono::steady_clock::now() - begin) / WatchDispatcher::kPace;
+  EXPECT_GT(events, 2 * rounds);
+  EXPECT_GE(rings, 2);
+  EXPECT_LE(rings, rounds + 1);
+}
+
 TEST(WatchDispatcherTest, WatchersMayComeAndGoWhileTheEngineRuns) {
   WatchDispatcher dispatcher(SystemClock());
   const auto log = MakeLog(dispatcher);

@@ -42,7 +42,13 @@ class Producer {
     solution.x = Matrix::Random(3, num_times);
     solution.y = Matrix::Random(2, num_times);
     solution.w = Matrix::Random(2, num_times);
-    buffer_.Close(FinishedSolve(std::move(solution), std::nullopt, StopCause::kNone, next_sequence_));
+    buffer_.Close(FinishedSolve(std::move(solution), std::nullopt, StopCause::kNone, next_sequence_, sent_));
+  }
+  void Chunk() {
+    Put([this](v1::SolveEvent& event) {
+      event.mutable_trajectory()->set_first(sent_);
+      event.mutable_trajectory()->add_times(static_cast<double>(sent_++));
+    });
   }
   std::int64_t put() const { return next_sequence_ - 1; }
 
@@ -57,6 +63,7 @@ class Producer {
 
   EventBuffer& buffer_;
   std::int64_t next_sequence_ = 1;
+  Index sent_ = 0;  // times, in chunks
 };
 
 std::vector<v1::SolveEvent> ReadToEnd(EventBuffer& buffer) {
@@ -134,6 +141,29 @@ TEST(EventBufferTest, StaysWithinItsBoundWhenNobodyReads) {
   EXPECT_TRUE(events[1].has_analysis());
   // The latest ones are kept.
   EXPECT_EQ(events[events.size() - 3].sequence(), producer.put());
+}
+
+TEST(EventBufferTest, TakesTwoChunksAndDropsNone) {
+  EventBuffer buffer({.max_events = 8, .max_iterates = 2});
+  Producer producer(buffer);
+  producer.Begin();
+  producer.Window(1);
+  EXPECT_TRUE(buffer.WantsChunk());
+  producer.Chunk();
+  producer.Window(1);
+  EXPECT_TRUE(buffer.WantsChunk());
+  producer.Chunk();
+  for (int window = 0; window < 100; ++window) producer.Window(3);
+  EXPECT_FALSE(buffer.WantsChunk());
+  EXPECT_LE(buffer.size(), 8u);
+  std::vector<v1::SolveEvent> events;
+  while (!buffer.WantsChunk()) ASSERT_EQ(buffer.Next(events.emplace_back()), Got::kEvent);
+  EXPECT_TRUE(events.back().has_trajectory());
+  producer.Chunk();
+  EXPECT_FALSE(buffer.WantsChunk());
+  producer.End(5);
+  for (const v1::SolveEvent& event : ReadToEnd(buffer)) events.push_back(event);
+  EXPECT_EQ(testing::WhatIsWrongWithOrder(events), "");
 }
 
 TEST(EventBufferTest, DefaultBoundIsThreeMegabytes) {

@@ -58,11 +58,12 @@ Analyzed Analyze(v1::SolverService::Stub& stub, const v1::Problem& problem) {
 // progress of stepping methods, whose reports depend on the clock.
 struct Told {
   std::vector<std::string> words;  // analysis, iterates, summary
-  std::vector<double> numbers;     // the trajectory
+  std::vector<double> numbers;     // the trajectory: times, x, y, wherever it was cut into chunks
 };
 
 Told WhatIsTold(const std::vector<v1::SolveEvent>& events) {
   Told told;
+  v1::TrajectoryChunk whole;
   for (v1::SolveEvent event : events) {
     event.clear_sequence();
     event.clear_time();
@@ -79,9 +80,10 @@ Told WhatIsTold(const std::vector<v1::SolveEvent>& events) {
     if (event.has_analysis() || event.has_iterate() || event.has_summary()) {
       told.words.push_back(event.ShortDebugString());
     }
-    for (const auto* values : {&event.trajectory().times(), &event.trajectory().x(), &event.trajectory().y()}) {
-      told.numbers.insert(told.numbers.end(), values->begin(), values->end());
-    }
+    whole.MergeFrom(event.trajectory());
+  }
+  for (const auto* values : {&whole.times(), &whole.x(), &whole.y()}) {
+    told.numbers.insert(told.numbers.end(), values->begin(), values->end());
   }
   return told;
 }
@@ -122,6 +124,23 @@ TEST_F(SolverServiceTest, InProcessAndThroughTheServerAreTheSameBits) {
           << v1::Method_Name(method) << ", number " << i << ": " << server.numbers[i] << ", " << process.numbers[i];
     }
   }
+}
+
+TEST_F(SolverServiceTest, TheTrajectoryArrivesWhileTheEngineMarches) {
+  v1::SolveRequest request = testing::SwitchingRequest(1'000'000);
+  request.mutable_options()->set_method(v1::METHOD_EXPONENTIAL_INTEGRATOR);
+  grpc::ClientContext context;
+  testing::SetDeadline(context, seconds(100));
+  const auto reader = stub_->Solve(&context, request);
+  std::vector<v1::SolveEvent> events;
+  bool marched = false;
+  for (v1::SolveEvent event; reader->Read(&event);) {
+    marched = marched || (event.has_trajectory() && server_->solves() == 1);
+    events.push_back(event);
+  }
+  EXPECT_TRUE(reader->Finish().ok());
+  EXPECT_TRUE(marched);
+  EXPECT_EQ(WhatIsWrongWithOrder(events), "");
 }
 
 TEST_F(SolverServiceTest, TwoSolvesInterleaveTheirIterates) {

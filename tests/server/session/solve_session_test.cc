@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 #include <string>
@@ -31,6 +32,22 @@ class Collector final : public SolveSink {
   void Accept(v1::SolveEvent event) override { events.push_back(std::move(event)); }
   std::vector<v1::SolveEvent> events;
 };
+
+// Wants every chunk, or those that `wants` says.
+class EarlyReader final : public SolveSink {
+ public:
+  void Accept(v1::SolveEvent event) override { events.push_back(std::move(event)); }
+  bool WantsTrajectory() override { return wants(); }
+  std::function<bool()> wants = [] { return true; };
+  std::vector<v1::SolveEvent> events;
+};
+
+std::string BytesOfTrajectory(const std::vector<v1::SolveEvent>& events) {
+  v1::TrajectoryChunk whole;
+  for (const v1::SolveEvent& event : events) whole.MergeFrom(event.trajectory());
+  whole.clear_first();
+  return whole.SerializeAsString();
+}
 
 std::vector<std::string> ViolatedFields(const absl::Status& status) {
   std::vector<std::string> fields;
@@ -81,6 +98,34 @@ TEST(SolveSessionTest, TrajectorySolvesTheProblem) {
   }
   EXPECT_EQ(nodes, 2001);
   EXPECT_LT(worst, 1e-10);
+}
+
+TEST(SolveSessionTest, TellsTheTrajectorySoFarToThoseWhoWantIt) {
+  for (const v1::Method method :
+       {v1::METHOD_LAPLACE_ITERATION, v1::METHOD_EXPONENTIAL_INTEGRATOR, v1::METHOD_TIME_STEPPING}) {
+    v1::SolveRequest request = testing::SwitchingRequest(20'000);
+    request.mutable_options()->set_method(method);
+    const absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request, SessionLimits());
+    ASSERT_TRUE(prepared.ok()) << prepared.status();
+    const auto run = [&](EarlyReader& sink) {
+      absl::StatusOr<FinishedSolve> finished = RunSolve(*prepared, "here", SolveControl(), sink);
+      const int early = testing::Count(sink.events, v1::SolveEvent::kTrajectory);
+      while (std::optional<v1::SolveEvent> event = finished->NextEvent()) sink.Accept(*std::move(event));
+      EXPECT_EQ(testing::WhatIsWrongWithOrder(sink.events), "") << v1::Method_Name(method);
+      return early;
+    };
+    EarlyReader all, some, none;
+    int asked = 0;
+    some.wants = [&asked] { return ++asked % 10 < 5; };
+    none.wants = [] { return false; };
+    const int of_all = run(all), of_some = run(some);
+    EXPECT_GT(of_some, 0) << v1::Method_Name(method);
+    EXPECT_GT(of_all, of_some) << v1::Method_Name(method);
+    EXPECT_EQ(run(none), 0);
+    const std::string trajectory = BytesOfTrajectory(none.events);
+    EXPECT_TRUE(BytesOfTrajectory(all.events) == trajectory) << v1::Method_Name(method);
+    EXPECT_TRUE(BytesOfTrajectory(some.events) == trajectory) << v1::Method_Name(method);
+  }
 }
 
 TEST(SolveSessionTest, NamesEveryViolationOfProblemAndOptions) {

@@ -63,6 +63,9 @@ TEST_F(WatchViewTest, GivesEachWatcherWhatItAskedFor) {
   EXPECT_THAT(few.y_components(), IsEmpty());
   EXPECT_EQ(few.change(), 1);
 
+  const v1::Iterate all = Narrowed(View(v1::WATCH_VIEW_FULL), told);
+  EXPECT_EQ(all.SerializeAsString(), told.SerializeAsString());
+
   const v1::Iterate chosen = Narrowed(full, told);
   EXPECT_EQ(chosen.times_size(), 131);
   EXPECT_THAT(chosen.y_components(), ElementsAre(2, 0, 2));
