@@ -215,7 +215,9 @@ std::size_t ColumnsOf(const google::protobuf::RepeatedField<double>& values, con
 absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInput& input,
                                   const v1::SolveRequest& request, Backend& backend, std::FILE* out,
                                   const CallLimits& limits) {
-  LiveView view(stderr, {.terminal = !command.quiet && CanRedraw(stderr),
+  const bool as_it_comes = command.format == OutputFormat::kCsv && !input.HasLimits();
+  const bool has_panel = !command.quiet && CanRedraw(stderr) && !(as_it_comes && CanRedraw(out));  // rows would hit it
+  LiveView view(stderr, {.terminal = has_panel,
                          .color = UsesColor(stderr),
                          .utf8 = UsesUtf8(),
                          .verbose = command.verbose,
@@ -225,7 +227,6 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                          .nonlinear = input.is_nonlinear(),
                          .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0,
                          .estimates = !command.options.has_estimate_error() || command.options.estimate_error()});
-  const bool as_it_comes = command.format == OutputFormat::kCsv && !input.HasLimits();
   DisplayNames names;
   const EventCallback show = [&](const v1::SolveEvent& event) {
     if (!command.quiet) view.OnEvent(event);

@@ -119,6 +119,15 @@ TEST_F(TerminalTest, ThePanelNeverWraps) {
   EXPECT_LT(widest, 40U);
 }
 
+// Rows are printed as they come: a panel below them would be redrawn into them.
+TEST_F(TerminalTest, CsvOnATerminalHasNoPanel) {
+  RunningProgram program({"solve", problem_, "--steps", "200000", "--no-estimate-error", "--format", "csv"},
+                         {.variables = {{"TERM", "xterm"}}, .columns = 80});
+  const ProgramOutcome outcome = program.Await();
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("\n4,"), Not(HasSubstr("\x1b[J")), Not(HasSubstr("\r["))));
+}
+
 TEST_F(TerminalTest, ADumbTerminalHasLinesAndNoControlSequences) {
   RunningProgram program = LongSolve(problem_, {{"TERM", "dumb"}}, 80);
   program.AwaitErrorText("200000 steps");
