@@ -246,19 +246,18 @@ TEST(ErrorToleranceOptionTest, ResolvesTheDecayOfARoughStartInFewSteps) {
   EXPECT_LE(solution.cost.steps, 4000);
 }
 
-// Most of the time goes into steps and their certificates, on every grid that is tried; the system is small.
-TEST(ErrorToleranceOptionTest, AddsUpTheStagesOfAllSolves) {
-  Options options = Within(1e-9, Method::kExponentialIntegrator);
-  options.estimate_error = true;
+// The system is small and the steps are many: the solves before the last one are not its set-up.
+TEST(ErrorToleranceOptionTest, CountsTheStagesOfAllSolves) {
+  Options options = Within(2e-11, Method::kExponentialIntegrator);
   const Cost controlled = SolveFor(ExampleFourOne(), options).cost;
   options.error_tolerance = 0;
-  options.num_steps = 20'000;
+  options.num_steps = 200'000;
   const Cost compared = SolveFor(ExampleFourOne(), options).cost;
   for (const Cost& cost : {controlled, compared}) {
+    EXPECT_GE(cost.steps, 100'000);
     const double sum = cost.seconds_setup + cost.seconds_lcp + cost.seconds_linear + cost.seconds_certificate;
     EXPECT_LE(sum, cost.seconds_total);
-    EXPECT_GT(sum, 0.6 * cost.seconds_total);
-    EXPECT_LT(cost.seconds_setup, 0.3 * cost.seconds_total);
+    EXPECT_LT(cost.seconds_setup, 0.2 * cost.seconds_total);
   }
 }
 
