@@ -101,7 +101,9 @@ WindowResult WindowIteration::Iterate(Index number, WindowModel& window, Index f
   const double rate =
       is_accelerated ? not_known : context_.matrix_class.lipschitz.value_or(not_known) * window.KernelBound();
   AndersonAcceleration acceleration(context_.options.acceleration, context_.workers);
-  Vector size = window.Sizes();
+  const Vector size_of_terms = window.Sizes();
+  Vector size = size_of_terms;
+  bool confirms = false;  // q is the image of an accelerated iterate that seemed to have converged
   Matrix next;
   std::vector<double> changes;  // relative to the size of each row
   double first_change = 0;
@@ -124,9 +126,15 @@ WindowResult WindowIteration::Iterate(Index number, WindowModel& window, Index f
     // q^k = N x^k + g, where x^k follows from y^k by the inverse Laplace transform.
     const Judgment seen = FollowAndJudge(q, window, first, next);
     if (first < window.steps() && !IsTame(next, q, size)) return ended(WindowEnd::kFlightFailed);
-    size = size.cwiseMax(seen.row_size);
+    size = size_of_terms.cwiseMax(seen.row_size);  // not of earlier iterates, which may have been far larger
     changes.push_back(RelativeChange(size, seen.row_change));
-    acceleration.Accelerate(q, size, next);
+    const double tolerance = context_.options.iteration_tolerance;
+    const bool seems_converged = Converged(changes, tolerance) || (confirms && changes.back() <= tolerance);
+    const bool has_converged = seems_converged && (!is_accelerated || confirms);
+    // An error of early columns that is small beside the late ones grows into these by a plain iteration. An
+    // accelerated one may hide it.
+    confirms = seems_converged;
+    if (!seems_converged) acceleration.Accelerate(q, size, next);
     q.swap(next);
 
     if (k == 1) first_change = MaxAbs(seen.row_change);
@@ -135,7 +143,7 @@ WindowResult WindowIteration::Iterate(Index number, WindowModel& window, Index f
     report.change = MaxAbs(seen.row_change), report.lcp_residual = seen.residual;
     Report(report, LogBound(rate, first, k, first_change), window, first + 1);
 
-    if (Converged(changes, context_.options.iteration_tolerance)) return ended(WindowEnd::kConverged);
+    if (has_converged) return ended(WindowEnd::kConverged);
     if (!std::isfinite(changes.back()) || (may_shrink_ && Diverging(changes))) {
       return ended(WindowEnd::kDiverged,
                    "the iterates diverge (N x + g changed by " + FormatNumber(changes.back()) + " of its size)");

@@ -86,12 +86,16 @@ bool ComplementarySolver::Polish(Basis& basis) {
 }
 
 LcpStatus ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
+  // Two linear inequalities that all but contradict each other are no proof where the enumeration decides better.
+  const bool enumerates = lcp_.size() <= kMaxEnumerationSize;
+  const double rounding = enumerates ? kFewUlps : kWorkingPrecision;
   const bool always_feasible = ImageIsPositive(lcp_.M(), Vector::Ones(lcp_.size()));
-  if (!always_feasible && FindFeasiblePoint(lcp_.M(), lcp_.q, lcp_.tolerance).answer == Feasibility::kInfeasible) {
+  if (!always_feasible &&
+      FindFeasiblePoint(lcp_.M(), lcp_.q, lcp_.tolerance, rounding).answer == Feasibility::kInfeasible) {
     method_ = "linear programming";
     return Fail(LcpStatus::kInfeasible, "no y >= 0 has q + M y >= 0", y);
   }
-  if (lcp_.size() <= kMaxEnumerationSize) {
+  if (enumerates) {
     method_ = "enumeration";
     BasisPoint point(lcp_, Elimination::kPivoting);
     const LcpStatus verdict = Enumerate(

@@ -22,7 +22,7 @@ FeasiblePoint SolveOnFace(const ScaledLcp& lcp, const std::vector<Index>& S) {
   c.tail(size) = -lcp.q(S);
   Vector tolerance(n + size);
   tolerance << lcp.tolerance, lcp.tolerance(S);
-  return FindFeasiblePoint(C, c, tolerance);
+  return FindFeasiblePoint(C, c, tolerance, kFewUlps);
 }
 
 }  // namespace

@@ -9,20 +9,19 @@
 namespace dlcs {
 namespace {
 
-// Farkas' lemma to working precision for c + C y >= 0.
+// Farkas' lemma for c + C y >= 0.
 bool IsFarkas(const Eigen::Ref<const Matrix>& C, const Eigen::Ref<const Vector>& c,
-              const Eigen::Ref<const Vector>& tolerance, const Eigen::Ref<const Vector>& multiplier) {
-  constexpr double kRounding = 1e-11;
+              const Eigen::Ref<const Vector>& tolerance, const Eigen::Ref<const Vector>& multiplier, double rounding) {
   const Vector lambda = multiplier.cwiseMax(0);
   const Vector product = C.transpose() * lambda;
   const Vector product_size = C.cwiseAbs().transpose() * lambda;
-  if ((product.array() > kRounding * product_size.array()).any()) return false;
-  return lambda.dot(c) < -(lambda.dot(tolerance) + kRounding * lambda.dot(c.cwiseAbs()));
+  if ((product.array() > rounding * product_size.array()).any()) return false;
+  return lambda.dot(c) < -(lambda.dot(tolerance) + kWorkingPrecision * lambda.dot(c.cwiseAbs()));
 }
 
 }  // namespace
 
-FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, const Vector& tolerance) {
+FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, const Vector& tolerance, double rounding) {
   const Index rows = C.rows();
   const Index columns = C.cols();
   // Optimality of min 0ᵀy: 0 <= y ⟂ -Cᵀλ >= 0, 0 <= λ ⟂ c + C y >= 0.
@@ -43,7 +42,7 @@ FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, const Vector& 
     if (end == LemkeEnd::kRay) {
       Vector multiplier(rows);
       for (Index i = 0; i < rows; ++i) multiplier[i] = lcp.Original(columns + i, lemke.ray()[columns + i]);
-      if (IsFarkas(C, c, tolerance, multiplier)) {
+      if (IsFarkas(C, c, tolerance, multiplier, rounding)) {
         return {Feasibility::kInfeasible, {}};
       }
     } else if (end == LemkeEnd::kBasis && point.Compute(lcp, basis) && point.solved()) {
@@ -57,7 +56,8 @@ FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, const Vector& 
 
 bool ProvesInfeasible(const ScaledLcp& lcp, const Eigen::Ref<const Vector>& ray) {
   const Vector multiplier = ray.cwiseProduct(lcp.matrix->scale.column).cwiseQuotient(lcp.matrix->scale.row);
-  return IsFarkas(lcp.M(), lcp.q, lcp.tolerance, multiplier) || IsFarkas(lcp.M(), lcp.q, lcp.tolerance, ray);
+  return IsFarkas(lcp.M(), lcp.q, lcp.tolerance, multiplier, kWorkingPrecision) ||
+         IsFarkas(lcp.M(), lcp.q, lcp.tolerance, ray, kWorkingPrecision);
 }
 
 }  // namespace dlcs

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/linalg/equilibration.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/sparse/factor_panels.h"
 #include "core/linalg/structured_matrix.h"
@@ -18,6 +19,8 @@ namespace {
 // Pivots on the diagonal keep the order that was chosen for their sake. Growth is bounded by its inverse a column, and
 // does not come near that for matrices whose diagonal is not small.
 constexpr double kPivotThreshold = 0.01;
+// The residual of a solve, beside its terms, up to which the factors have not grown.
+constexpr double kMostResidual = 1e-12;
 
 template <typename Scalar>
 Eigen::SparseMatrix<Scalar> Shifted(const SparseMatrix& A, Scalar z, double s, const SparseMatrix& E) {
@@ -75,14 +78,37 @@ Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> SparseOrder(const 
 
 namespace {
 
+template <typename Scalar, typename Body>
+void ForEntries(const Eigen::SparseMatrix<Scalar>& matrix, const Body& body) {
+  for (Index j = 0; j < matrix.cols(); ++j) {
+    for (typename Eigen::SparseMatrix<Scalar>::InnerIterator entry(matrix, j); entry; ++entry) {
+      body(entry.row(), j, entry.value());
+    }
+  }
+}
+
+// Powers of two for rows and columns, such that the largest entry of each is of size one.
+template <typename Scalar>
+Equilibration UnitsOf(const Eigen::SparseMatrix<Scalar>& matrix) {
+  Equilibration units{Vector::Zero(matrix.rows()), Vector::Zero(matrix.cols())};
+  ForEntries(matrix,
+             [&](Index, Index j, Scalar value) { units.column[j] = std::max(units.column[j], std::abs(value)); });
+  units.column = units.column.unaryExpr([](double size) { return 1 / PowerOfTwo(size); });
+  ForEntries(matrix, [&](Index i, Index j, Scalar value) {
+    units.row[i] = std::max(units.row[i], std::abs(value) * units.column[j]);
+  });
+  units.row = units.row.unaryExpr([](double size) { return 1 / PowerOfTwo(size); });
+  return units;
+}
+
 // LU in the order of the matrix. Its arrays are made for the entries that the pattern predicts; Eigen makes them for
 // twenty times those of the matrix, which on grids in the plane is three times too many.
 template <typename Scalar>
 class OrderedLu : public Eigen::SparseLU<Eigen::SparseMatrix<Scalar>, Eigen::NaturalOrdering<int>> {
  public:
-  void Factor(const Eigen::SparseMatrix<Scalar>& ordered) {
+  void Factor(const Eigen::SparseMatrix<Scalar>& ordered, double pivot_threshold) {
     constexpr double kRoom = 1.3;  // for pivots off the diagonal; beyond that the arrays grow
-    this->setPivotThreshold(kPivotThreshold);
+    this->setPivotThreshold(pivot_threshold);
     const double predicted = SizeOfFactor(SymmetricPattern(ordered)).nonzeros;
     const double times = kRoom * predicted / static_cast<double>(ordered.nonZeros());
     this->m_perfv.fillfactor = 1 + static_cast<Eigen::Index>(times);
@@ -101,8 +127,22 @@ class OrderedLu : public Eigen::SparseLU<Eigen::SparseMatrix<Scalar>, Eigen::Nat
 template <typename Scalar>
 struct SparseFactor<Scalar>::Factors {
   using Ordered = Eigen::SparseMatrix<Scalar>;
+
+  void FactorByColumns(const Ordered& ordered, const Equilibration& in, double pivot_threshold) {
+    panels.reset();
+    units = in;
+    lu.Factor(units.row.asDiagonal() * ordered * units.column.asDiagonal(), pivot_threshold);
+  }
+  template <typename Columns>
+  Columns SolveByColumns(const Columns& right) const {
+    const Columns scaled = lu.solve(Columns(units.row.asDiagonal() * right));
+    return units.column.asDiagonal() * scaled;
+  }
+
   std::optional<FactorPanels> panels;
-  OrderedLu<Scalar> lu;  // where there are none
+  // Where there are none: in units, since pivots are compared with other rows.
+  OrderedLu<Scalar> lu;
+  Equilibration units;
 };
 
 template <typename Scalar>
@@ -115,17 +155,36 @@ SparseFactor<Scalar>::SparseFactor(const SparseMatrix& A, const Order& order, Sc
     if (IsSymmetric(A) && IsSymmetric(E)) factors_->panels = FactorPanels::Cholesky(ordered);
     if (!factors_->panels) factors_->panels = FactorPanels::Lu(ordered, kPivotThreshold);
   }
-  if (!factors_->panels) factors_->lu.Factor(ordered);
+  const Equilibration units = UnitsOf(ordered);
+  if (!factors_->panels) factors_->FactorByColumns(ordered, units, kPivotThreshold);
+  if (!Probe(ordered, units)) {
+    factors_->FactorByColumns(ordered, units, 1);
+    Probe(ordered, units);
+  }
+}
+
+template <typename Scalar>
+bool SparseFactor<Scalar>::Probe(const Eigen::SparseMatrix<Scalar>& ordered, const Equilibration& units) {
   is_regular_ = factors_->panels || factors_->lu.info() == Eigen::Success;
-  if (!is_regular_) return;
+  if (!is_regular_) return false;
+  const Index m = ordered.rows();
+  Column right(m);
+  for (Index i = 0; i < m; ++i) {
+    right[i] = (i % 2 ? -1.0 : 1.0) * (1 + WeylValue(static_cast<double>(i))) / units.row[i];
+  }
+  Column x = right;
+  SolveInOrder(x);
+  Column residual = right;
+  Vector terms = right.cwiseAbs(), sums = Vector::Zero(m);
+  ForEntries(ordered, [&](Index i, Index j, Scalar value) {
+    residual[i] -= value * x[j];
+    terms[i] += std::abs(value * x[j]);
+    sums[j] += std::abs(value) * units.row[i] * units.column[j];
+  });
   // ‖A‖_1 ‖A⁻¹v‖ / ‖v‖ is below the condition number, and seldom far for a v without a pattern.
-  Column probe(A.rows());
-  for (Index i = 0; i < A.rows(); ++i) probe[i] = (i % 2 ? -1.0 : 1.0) * (1 + WeylValue(static_cast<double>(i)));
-  double norm = 0;
-  for (Index j = 0; j < ordered.cols(); ++j) norm = NanMax(norm, ordered.col(j).cwiseAbs().sum());
-  SolveInOrder(probe);
-  const double condition = norm * MaxAbs(probe.cwiseAbs()) / 2;
+  const double condition = MaxAbs(sums) * MaxAbs(x.cwiseAbs().cwiseQuotient(units.column)) / 2;
   is_regular_ = condition * std::numeric_limits<double>::epsilon() < 1;  // not for NaN
+  return (residual.cwiseAbs().array() <= kMostResidual * terms.array()).all();
 }
 
 template <typename Scalar>
@@ -177,7 +236,7 @@ void SparseFactor<Scalar>::SolveInOrder(Column& column) const {
       return factors_->panels->SolveBackward(column);
     }
   }
-  column = factors_->lu.solve(column).eval();
+  column = factors_->SolveByColumns(column);
 }
 
 template <typename Scalar>
@@ -186,7 +245,7 @@ typename SparseFactor<Scalar>::Columns SparseFactor<Scalar>::Solve(const Eigen::
     return Columns::Constant(columns.rows(), columns.cols(), Scalar(std::numeric_limits<double>::quiet_NaN()));
   }
   if (!factors_->panels && columns.cols() > 1) {
-    return order_.inverse() * Columns(factors_->lu.solve(Columns(order_ * columns)));
+    return order_.inverse() * factors_->SolveByColumns(Columns(order_ * columns));
   }
   Columns result(columns.rows(), columns.cols());
   Column ordered(columns.rows());

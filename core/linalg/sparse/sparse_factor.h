@@ -8,6 +8,7 @@
 #include <memory>
 #include <type_traits>
 
+#include "core/linalg/equilibration.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/types.h"
 
@@ -30,8 +31,8 @@ struct FactorSize {
 FactorSize PredictFactor(const SparseMatrix& A, const SparseMatrix& E = {});
 
 // The factors of zE - sA, in an order from SparseOrder() for the pattern of both: LU with pivots off the diagonal only
-// where those on it are smaller than a hundredth of the column. Real z and s with a symmetric, positive definite
-// zE - sA: Cholesky. Real factors whose pivots are all on the diagonal are dense panels.
+// where those on it are smaller than a hundredth of the column, or where the factors grow by that. Real z and s with a
+// symmetric, positive definite zE - sA: Cholesky. Real factors whose pivots are all on the diagonal are dense panels.
 //
 // Cost: for a grid of m points in the plane some 30 m log m numbers and m^{3/2} work, in space m^{4/3} and m².
 template <typename Scalar>
@@ -67,6 +68,9 @@ class SparseFactor {
  private:
   struct Factors;
 
+  // Solves for a right-hand side without a pattern, and sets is_regular_. `units` are those of the rows and columns.
+  // Whether the residual is that of factors that have not grown beyond the matrix.
+  bool Probe(const Eigen::SparseMatrix<Scalar>& ordered, const Equilibration& units);
   void SolveInOrder(Column& column) const;
 
   Order order_;

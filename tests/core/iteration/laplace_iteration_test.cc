@@ -120,6 +120,41 @@ TEST(LaplaceIterationTest, AgreesWithTheMarchOnEveryNode) {
   }
 }
 
+// x grows by up to 1e8: an error of y at early times, small beside the largest x, is as large as that at the end.
+TEST(LaplaceIterationTest, AcceleratedIsRightOrNotConvergedWhereStatesGrow) {
+  constexpr Index kSteps = 100;
+  Index converged = 0;
+  for (const auto& [feedback, coupling] : {std::pair{8.6, 2.4}, {8.1, -2.3}, {6.4, 1.0}, {5.0, 0.5}, {3.6, -1.6}}) {
+    Problem problem;
+    problem.A = Matrix{{-1, 0.5}, {coupling, -2}};
+    problem.B = Matrix{{feedback, 0}, {1, feedback}};
+    problem.N = Matrix{{-1, 0.2}, {0, -1}};
+    problem.M = Matrix{{1, 0.3}, {0, 1}};
+    problem.f = TimeFunction::Formulas({"sin(t)", "1"});
+    problem.g = TimeFunction::Formulas({"0.3", "-0.2"});
+    problem.x0 = Vector{{1, 0.5}};
+    problem.horizon = 3;
+    Options options;
+    options.method = Method::kExponentialIntegrator;
+    options.num_steps = kSteps;
+    options.estimate_error = false;
+    Observer silent;
+    const auto march = Solve(problem, options, silent, {});
+    ASSERT_TRUE(march.ok());
+    options.method = Method::kLaplaceIteration;
+    options.window_steps = Options::kWholeHorizon;
+    for (const int depth : {1, 2, 5, 20}) {
+      options.acceleration = depth;
+      const auto iterated = Solve(problem, options, silent, {});
+      ASSERT_TRUE(iterated.ok());
+      if (iterated->termination != Termination::kReachedEnd) continue;
+      ++converged;
+      EXPECT_LE(MaxAbs(iterated->x - march->x), 1e-8 * MaxAbs(march->x)) << feedback << " " << depth;
+    }
+  }
+  EXPECT_GE(converged, 8);
+}
+
 TEST(LaplaceIterationTest, HasTheSameBitsForAnyNumberOfThreads) {
   Observer silent;
   const Solution one = Iterate(testing::FourVariableEasy(), 3000, Options::kWholeHorizon, silent, 1);

@@ -49,6 +49,19 @@ TEST(SolveLcpTest, NamesTheEntryThatBreaksARule) {
               HasSubstr("M[1][0]: inf; every entry must be finite"));
 }
 
+// The sum of both rows is -2^-k y_1 - 5 · 2^-k >= 0 up to the sign of its rounding: y = (5, 5) solves it exactly.
+TEST(SolveLcpTest, RowsThatNearlyContradictEachOtherAreNoProof) {
+  for (const int bits : {30, 34, 37, 40, 44}) {
+    const double gap = std::ldexp(1, -bits);
+    const Matrix M{{-4 + gap, 4}, {4, -4}};
+    const Vector q{{-5 * gap, 0}};
+    const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
+    ASSERT_TRUE(result.ok());
+    EXPECT_EQ(result->verdict, LcpStatus::kSolved) << bits << ": " << result->message;
+    EXPECT_LE(LcpResidual(M, q, result->y), 1e-12 * (1 + MaxAbs(result->y)));
+  }
+}
+
 TEST(SolveLcpTest, RefusesARuleThatMatrixDoesNotAdmit) {
   const Matrix M{{1, 2}, {3, 1}};
   const absl::Status unique = SolveLcp(M, Vector::Ones(2), SolutionRule::kUnique).status();

@@ -78,8 +78,9 @@ TEST(LemkeTest, ARayProvesNothingElsewhere) {
 TEST(FeasibilityTest, FindsAPointOrProvesThatThereIsNone) {
   // y1 + y2 >= 1, y1 <= 1/4, y2 <= 1/2: empty; with y2 <= 1 it is not.
   const Matrix C{{1, 1}, {-1, 0}, {0, -1}};
-  EXPECT_EQ(FindFeasiblePoint(C, Vector{{-1.0, 0.25, 0.5}}, Vector::Zero(3)).answer, Feasibility::kInfeasible);
-  const FeasiblePoint point = FindFeasiblePoint(C, Vector{{-1.0, 0.25, 1.0}}, Vector::Zero(3));
+  EXPECT_EQ(FindFeasiblePoint(C, Vector{{-1.0, 0.25, 0.5}}, Vector::Zero(3), kFewUlps).answer,
+            Feasibility::kInfeasible);
+  const FeasiblePoint point = FindFeasiblePoint(C, Vector{{-1.0, 0.25, 1.0}}, Vector::Zero(3), kFewUlps);
   ASSERT_EQ(point.answer, Feasibility::kFeasible);
   EXPECT_GE(point.y.minCoeff(), 0);
   EXPECT_GE((C * point.y + Vector{{-1.0, 0.25, 1.0}}).minCoeff(), -1e-15);

@@ -217,6 +217,45 @@ TEST(SparseFactorTest, TakesPivotsOffTheDiagonalWithoutHalves) {
   ExpectSolves(1e-3 * Matrix::Identity(kSize, kSize) - Matrix(A), factor.Solve(b), b);
 }
 
+// Wilkinson's blocks with pivots just above the threshold: without other pivots a block grows by 100^6.
+TEST(SparseFactorTest, TakesOtherPivotsWhereFactorsGrow) {
+  constexpr Index kSize = 8;
+  SparseMatrix A(kSize, kSize);
+  for (Index i = 0; i < kSize; ++i) {
+    for (Index j = 0; j < i; ++j) A.coeffRef(i, j) = 99;
+    A.coeffRef(i, kSize - 1) = i + 1 < kSize ? -1 : 0;
+  }
+  SparseFactor<double>::Order order(kSize);
+  order.setIdentity();
+  const SparseFactor<double> factor(A, order, 1.0, 1.0);
+  ASSERT_TRUE(factor.is_regular());
+  EXPECT_FALSE(factor.has_halves());
+  const Vector b = Vector::LinSpaced(kSize, -1, 2);
+  ExpectSolves(Matrix::Identity(kSize, kSize) - Matrix(A), factor.Solve(b), b);
+}
+
+// States and equations in units that are up to 1e16 apart.
+TEST(SparseFactorTest, IsRegularInAnyUnits) {
+  const SparseMatrix A = PlaneWithLinks(12, 3);
+  const Index m = A.rows();
+  Vector rows(m), columns(m);
+  for (Index i = 0; i < m; ++i) {
+    rows[i] = std::pow(10.0, static_cast<double>(i % 17) - 8);
+    columns[i] = std::pow(10.0, static_cast<double>((5 * i) % 17) - 8);
+  }
+  const SparseMatrix scaled_A = rows.asDiagonal() * A * columns.asDiagonal();
+  SparseMatrix E(m, m);
+  E.setIdentity();
+  E = rows.asDiagonal() * E * columns.asDiagonal();
+  const SparseFactor<double> factor(scaled_A, SparseOrder(scaled_A, E), 9.0, 1.0, E);
+  ASSERT_TRUE(factor.is_regular());
+  const Vector b = rows.cwiseProduct(Vector::LinSpaced(m, -1, 2));
+  const SparseMatrix K = 9 * E - scaled_A;
+  const Vector x = factor.Solve(b);
+  const Vector terms = K.cwiseAbs() * x.cwiseAbs() + b.cwiseAbs();
+  EXPECT_LE(MaxAbs((b - K * x).cwiseQuotient(terms)), 1e-11);  // the probe, of another b, is held to a tenth
+}
+
 // Symmetric, and neither definite nor singular.
 TEST(SparseFactorTest, SolvesIndefiniteSystems) {
   const SparseMatrix A = PlaneWithLinks(12, 0);
