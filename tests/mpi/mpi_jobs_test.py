@@ -352,12 +352,12 @@ class MpiJobsTest(unittest.TestCase):
 
     def test_a_deadline_gives_what_is_solved(self):
         # The time in the queue of the launcher was not predicted.
-        late = script("late.sh", f"sleep 13\nshift\nexec {LAUNCHER.format(ranks=2)} \"$@\"\n")
+        late = script("late.sh", f"sleep 21\nshift\nexec {LAUNCHER.format(ranks=2)} \"$@\"\n")
         with Server(launcher=f"{late} {{ranks}}") as server:
             # The diffusion is so fast that each step needs multigrid.
             slow = wall(16, coefficient=200)
-            name = server.submit(slow, *STEPS, "--steps", "14000", "--at", "0:0.001:1", "--within", "20")
-            job = server.end(name, 50)
+            name = server.submit(slow, *STEPS, "--steps", "26000", "--at", "0:0.001:1", "--within", "30")
+            job = server.end(name, 60)
             self.assertEqual(job["state"], "JOB_STATE_FAILED")
             self.assertIn("deadline", job["error"]["message"])
             self.assertEqual(server.events(name)[-1]["summary"]["termination"], "TERMINATION_DEADLINE")

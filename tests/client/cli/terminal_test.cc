@@ -71,7 +71,7 @@ std::vector<std::string> ScreenAfter(const std::string& text, std::size_t& wides
 // A solve that lasts until it is stopped.
 RunningProgram LongSolve(const std::string& problem, std::map<std::string, std::string> variables, int columns) {
   variables.emplace("LC_ALL", "C.UTF-8");
-  return RunningProgram({"solve", problem, "--method", "wu-chen-iteration", "--steps", "200000"},
+  return RunningProgram({"solve", problem, "--method", "wu-chen-iteration", "--steps", "2000000"},
                         {.variables = variables, .columns = columns});
 }
 
@@ -130,14 +130,14 @@ TEST_F(TerminalTest, CsvOnATerminalHasNoPanel) {
 
 TEST_F(TerminalTest, ADumbTerminalHasLinesAndNoControlSequences) {
   RunningProgram program = LongSolve(problem_, {{"TERM", "dumb"}}, 80);
-  program.AwaitErrorText("200000 steps");
+  program.AwaitErrorText("2000000 steps");
   program.Send({SIGINT});
   EXPECT_THAT(program.Await().out, Not(HasSubstr("\x1b")));
 }
 
 TEST_F(TerminalTest, APipeHasLinesAndNoControlSequences) {
   RunningProgram program = LongSolve(problem_, {{"TERM", "xterm"}}, 0);
-  program.AwaitErrorText("200000 steps");
+  program.AwaitErrorText("2000000 steps");
   program.Send({SIGINT});
   const ProgramOutcome outcome = program.Await();
   EXPECT_THAT(outcome.out + outcome.err, AllOf(Not(HasSubstr("\x1b")), Not(HasSubstr("\r"))));
