@@ -44,8 +44,8 @@ struct Task {
 };
 
 // Solves with the method and propagator of task.plan, from `resume` on if it is given. Times of stages are those of all
-// solves of the task so far. Errors: InvalidArgument if a
-// source cannot be evaluated, or if `resume` does not belong to this solve.
+// solves of the task so far. Errors: InvalidArgument if a source cannot be evaluated, or if `resume` does not belong to
+// this solve.
 absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer,
                                      const ResumePoint* resume = nullptr);
 

@@ -4,13 +4,16 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/parallel/memory_pages.h"
 #include "core/solve.h"
+#include "tests/support/lcp_problems.h"
 
 namespace dlcs::bench {
 namespace {
@@ -28,6 +31,28 @@ double MemoryBytes(const std::string& key) {
 }
 
 }  // namespace
+
+Problem DensePairs(Index m, Index n) {
+  testing::LcpGenerator generator(5);
+  const double over_m = 0.5 / std::sqrt(static_cast<double>(m));
+  Problem problem;
+  problem.A = over_m * generator.Gaussian(m, m) - 2 * Matrix::Identity(m, m);
+  problem.B = generator.Gaussian(m, n) / std::sqrt(static_cast<double>(n));
+  problem.N = over_m * generator.Gaussian(n, m);
+  problem.M = generator.MMatrix(n);
+  problem.f = TimeFunction::Zero(m);
+  constexpr Index kSamples = 65;
+  std::vector<double> times(kSamples);
+  Matrix g(n, kSamples);
+  for (Index k = 0; k < kSamples; ++k) {
+    times[k] = static_cast<double>(k) / (kSamples - 1);
+    for (Index i = 0; i < n; ++i) g(i, k) = std::sin(3 * times[k] + 2.4 * static_cast<double>(i));
+  }
+  problem.g = TimeFunction::Sampled(std::move(times), std::move(g));
+  problem.x0 = Vector::Ones(m);
+  problem.horizon = 1;
+  return problem;
+}
 
 std::string WhatIsWrong(const Solution& solution, double tolerance) {
   if (solution.termination != Termination::kReachedEnd) {

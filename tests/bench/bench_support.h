@@ -21,6 +21,10 @@ inline constexpr const char* kNotNeeded = "not needed";
 // The largest residual of an LCP that counts as solved, relative to its numbers.
 inline constexpr double kResidualTolerance = 1e-9;
 
+// m damped states, coupled at random, that are driven through n pairs with a dense M-matrix. Half of the g_i are
+// negative at any time; they are sampled, since formulas would cost more than the LCPs.
+Problem DensePairs(Index m, Index n);
+
 // Why `solution` does not count: it did not converge, or its residuals at the nodes are not those of a solution.
 // Empty where it counts. NaN does not.
 std::string WhatIsWrong(const Solution& solution, double tolerance = kResidualTolerance);

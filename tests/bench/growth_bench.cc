@@ -15,7 +15,6 @@
 
 #include "core/models/signorini.h"
 #include "tests/bench/bench_support.h"
-#include "tests/support/lcp_problems.h"
 #include "tests/support/problems.h"
 #include "tests/support/sparse_problems.h"
 
@@ -38,32 +37,6 @@ Options MakeOptions(Method method, Index steps) {
   options.estimate_error = false;
   options.num_threads = 1;
   return options;
-}
-
-// m damped states, coupled at random, driven through n pairs with a dense M-matrix; y switches some times.
-Problem RandomProblem(Index m, Index n) {
-  testing::LcpGenerator generator(5);
-  const double over_m = 0.5 / std::sqrt(static_cast<double>(m));
-  Problem problem;
-  problem.A = over_m * generator.Gaussian(m, m) - 2 * Matrix::Identity(m, m);
-  problem.B = generator.Gaussian(m, n) / std::sqrt(static_cast<double>(n));
-  problem.N = over_m * generator.Gaussian(n, m);
-  problem.M = generator.MMatrix(n);
-  problem.f = TimeFunction::Zero(m);
-  problem.g = TimeFunction::Zero(n);
-  // An angle for each pair: half of the g_i are negative at any time. Sampled, for formulas would cost more
-  // than the LCPs.
-  constexpr Index kSamples = 65;
-  std::vector<double> times(kSamples);
-  Matrix g(n, kSamples);
-  for (Index k = 0; k < kSamples; ++k) {
-    times[k] = static_cast<double>(k) / (kSamples - 1);
-    for (Index i = 0; i < n; ++i) g(i, k) = std::sin(3 * times[k] + 2.4 * static_cast<double>(i));
-  }
-  problem.g = TimeFunction::Sampled(std::move(times), std::move(g));
-  problem.x0 = Vector::Ones(m);
-  problem.horizon = 1;
-  return problem;
 }
 
 Problem Signorini(Index cells) {
@@ -130,10 +103,10 @@ std::vector<Family> Families(bool quick) {
     families.push_back({"J/" + name, steps, 1, 1, [](Index) { return testing::FourVariableEasy(); },
                         [=](const Problem&, Index size) { return MakeOptions(method, size); }});
     // The factorization of a basis; O(n²) a step where it stays.
-    families.push_back({"n/" + name, dimensions, 3, 2, [](Index size) { return RandomProblem(8, size); },
+    families.push_back({"n/" + name, dimensions, 3, 2, [](Index size) { return DensePairs(8, size); },
                         [=](const Problem&, Index) { return MakeOptions(method, kFewSteps); }});
     // The matrix functions of hA, dense; O(m²) a step.
-    families.push_back({"m/" + name, dimensions, 3, 2, [](Index size) { return RandomProblem(size, 2); },
+    families.push_back({"m/" + name, dimensions, 3, 2, [](Index size) { return DensePairs(size, 2); },
                         [=](const Problem&, Index) { return MakeOptions(method, kFewSteps); }});
   }
   for (Family& family : StructuredFamilies(sizes)) families.push_back(std::move(family));

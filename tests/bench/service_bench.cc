@@ -16,7 +16,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
 #include <ctime>
 #include <functional>
 #include <memory>
@@ -41,7 +40,6 @@
 #include "spdlog/spdlog.h"
 #include "tests/bench/bench_support.h"
 #include "tests/server/store/temporary_folder.h"
-#include "tests/support/lcp_problems.h"
 #include "tests/support/problems.h"
 
 namespace dlcs::bench {
@@ -80,30 +78,6 @@ Case MakeCase(std::string name, Problem problem, Method method, Index steps, Ind
                                           static_cast<double>(output_times));
   }
   return result;
-}
-
-// m damped states that are driven through n pairs with a dense M-matrix. Half of the g_i are negative at any time; they
-// are sampled, since formulas would cost more than the LCPs.
-Problem DensePairs(Index m, Index n) {
-  testing::LcpGenerator generator(5);
-  const double over_m = 0.5 / std::sqrt(static_cast<double>(m));
-  Problem problem;
-  problem.A = over_m * generator.Gaussian(m, m) - 2 * Matrix::Identity(m, m);
-  problem.B = generator.Gaussian(m, n) / std::sqrt(static_cast<double>(n));
-  problem.N = over_m * generator.Gaussian(n, m);
-  problem.M = generator.MMatrix(n);
-  problem.f = TimeFunction::Zero(m);
-  constexpr Index kSamples = 65;
-  std::vector<double> times(kSamples);
-  Matrix g(n, kSamples);
-  for (Index k = 0; k < kSamples; ++k) {
-    times[k] = static_cast<double>(k) / (kSamples - 1);
-    for (Index i = 0; i < n; ++i) g(i, k) = std::sin(3 * times[k] + 2.4 * static_cast<double>(i));
-  }
-  problem.g = TimeFunction::Sampled(std::move(times), std::move(g));
-  problem.x0 = Vector::Ones(m);
-  problem.horizon = 1;
-  return problem;
 }
 
 Problem Membrane(Index cells) {

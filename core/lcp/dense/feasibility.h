@@ -24,8 +24,9 @@ struct FeasiblePoint {
 // still be a point of the set. `C` is r × k, any shape. Cost: (r + k)³; not for the inner loop.
 FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, const Vector& tolerance, double rounding);
 
-// For answers that nothing looks at again, and for those that rest on arithmetic that is better.
+// Where the answer is final.
 inline constexpr double kWorkingPrecision = 1e-11;
+// Where another method decides what is left unknown: enumeration, or exact arithmetic.
 inline constexpr double kFewUlps = 16 * std::numeric_limits<double>::epsilon();
 
 // Whether the y-part of a secondary `ray`, taken for multipliers of the rows, proves to working precision that no y >=

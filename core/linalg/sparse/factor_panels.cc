@@ -111,13 +111,17 @@ void FactorPanels::AddPanel(Index first, Index end) {
   panels_.push_back({.first = first, .width = end - first, .begin_of_rows = 0, .rows = 0, .begin_of_values = 0});
 }
 
+std::vector<std::size_t> FactorPanels::PanelOfColumns() const {
+  std::vector<std::size_t> panel_of;
+  for (std::size_t p = 0; p < panels_.size(); ++p) panel_of.insert(panel_of.end(), panels_[p].width, p);
+  return panel_of;
+}
+
 // Those of the entries of the matrix, and of the panels whose first row is in this one.
 void FactorPanels::FindRows(const SparseMatrix& matrix, const SparseMatrix& transpose) {
   const auto size = static_cast<std::size_t>(matrix.cols());
-  std::vector<std::size_t> panel_of(size), seen_by(size, panels_.size());
-  for (std::size_t p = 0; p < panels_.size(); ++p) {
-    std::fill_n(panel_of.begin() + panels_[p].first, panels_[p].width, p);
-  }
+  const std::vector<std::size_t> panel_of = PanelOfColumns();
+  std::vector<std::size_t> seen_by(size, panels_.size());
   std::vector<std::vector<std::size_t>> children(panels_.size());
   std::size_t values = 0;
   for (std::size_t p = 0; p < panels_.size(); ++p) {
@@ -158,16 +162,13 @@ struct FactorPanels::Factorization {
     // Those whose next row is in a panel wait for it: a list for each panel.
     constexpr std::size_t kNone = static_cast<std::size_t>(-1);
     std::vector<std::size_t> first_waiting(panels.size(), kNone), next_waiting(panels.size(), kNone);
-    std::vector<std::size_t> panel_of(place_.size());
+    const std::vector<std::size_t> panel_of = factors_.PanelOfColumns();
     std::vector<Index> done(panels.size(), 0);  // rows
     const auto wait = [&](std::size_t p) {
       if (done[p] == panels[p].rows) return;
       std::size_t& list = first_waiting[panel_of[static_cast<std::size_t>(factors_.RowsOf(panels[p])[done[p]])]];
       next_waiting[p] = std::exchange(list, p);
     };
-    for (std::size_t p = 0; p < panels.size(); ++p) {
-      std::fill_n(panel_of.begin() + panels[p].first, panels[p].width, p);
-    }
     for (std::size_t p = 0; p < panels.size(); ++p) {
       const Panel& panel = panels[p];
       for (Index j = 0; j < panel.width; ++j) place_[static_cast<std::size_t>(panel.first + j)] = j;

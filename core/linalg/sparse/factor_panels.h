@@ -69,6 +69,7 @@ class FactorPanels {
   double bytes_of_rows() const;
 
   void AddPanel(Index first, Index end);
+  std::vector<std::size_t> PanelOfColumns() const;
   void FindRows(const SparseMatrix& matrix, const SparseMatrix& transpose);
   void SolveForward(const std::vector<double>& values, Vector& x) const;
 
