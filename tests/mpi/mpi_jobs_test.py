@@ -351,12 +351,14 @@ class MpiJobsTest(unittest.TestCase):
             self.assertFalse(any(map(is_alive, sleeping)))
 
     def test_a_deadline_gives_what_is_solved(self):
-        # The time in the queue of the launcher was not predicted.
-        late = script("late.sh", f"sleep 21\nshift\nexec {LAUNCHER.format(ranks=2)} \"$@\"\n")
+        # Neither the time in the queue of the launcher was predicted, nor that others take four fifths of the processors.
+        slowed = script("slowed.sh", "( while kill -STOP $$; do sleep 0.4; kill -CONT $$ || exit; sleep 0.1; done )"
+                        " </dev/null >/dev/null 2>&1 &\nexec \"$@\"\n")  # fmt: skip
+        late = script("late.sh", f"sleep 3\nshift\nexec {LAUNCHER.format(ranks=2)} {slowed} \"$@\"\n")
         with Server(launcher=f"{late} {{ranks}}") as server:
             # The diffusion is so fast that each step needs multigrid.
             slow = wall(16, coefficient=200)
-            name = server.submit(slow, *STEPS, "--steps", "26000", "--at", "0:0.001:1", "--within", "30")
+            name = server.submit(slow, *STEPS, "--steps", "10000", "--at", "0:0.001:1", "--within", "15")
             job = server.end(name, 60)
             self.assertEqual(job["state"], "JOB_STATE_FAILED")
             self.assertIn("deadline", job["error"]["message"])
