@@ -351,7 +351,7 @@ class MpiJobsTest(unittest.TestCase):
             self.assertFalse(any(map(is_alive, sleeping)))
 
     def test_a_deadline_gives_what_is_solved(self):
-        # Neither the time in the queue of the launcher was predicted, nor that others take four fifths of the processors.
+        # Neither the time in the queue was predicted, nor that others take four fifths of the processors.
         slowed = script("slowed.sh", "( while kill -STOP $$; do sleep 0.4; kill -CONT $$ || exit; sleep 0.1; done )"
                         " </dev/null >/dev/null 2>&1 &\nexec \"$@\"\n")  # fmt: skip
         late = script("late.sh", f"sleep 3\nshift\nexec {LAUNCHER.format(ranks=2)} {slowed} \"$@\"\n")
