@@ -8,13 +8,15 @@
 #include <variant>
 
 #include "absl/status/status.h"
+#include "absl/synchronization/mutex.h"
 #include "client/cli/command_line.h"
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/interrupt.h"
 
 int main(int argc, char** argv) {
   using namespace dlcs::client;
-  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // errors are reported in messages of our own
+  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);                    // errors are reported in messages of our own
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);  // as in dlcsd
   try {
     const ExitCode code = std::visit(
         [](const auto& command) -> ExitCode {

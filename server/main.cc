@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 
+#include "absl/synchronization/mutex.h"
 #include "core/parallel/memory_pages.h"
 #include "server/access/token_command.h"
 #include "server/dlcs_server.h"
@@ -99,6 +100,8 @@ int main(int argc, char** argv) {
   dlcs::SetUpLog(flags->log_level, flags->log_format == "json" ? dlcs::LogFormat::kJson : dlcs::LogFormat::kText);
   for (const std::string& warning : flags->warnings) spdlog::warn("{}", warning);
   dlcs::RetainFreedMemory();
+  // Debian's Abseil has assertions: each lock in gRPC would be looked up in a graph of all, and a cycle would abort.
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
 
   if (!CatchSignals()) {
     std::perror("dlcsd: a pipe for signals");
