@@ -60,8 +60,9 @@ class RunObserver final : public Observer {
   void OnIterate(const IterateReport& report, const IterateValues& values) override {
     v1::SolveEvent event;
     *event.mutable_iterate() = ToProto(report);
-    AddValues(values, *sink_.WantedDetail(), *event.mutable_iterate());
-    Emit(EventKind::kIterate, event);
+    std::string bytes = event.SerializeAsString();
+    AppendValues(values, *sink_.WantedDetail(), bytes);
+    sink_.Emit(EventKind::kIterate, std::move(bytes));
   }
   void OnWindowFinished(const WindowOutcome& outcome) override {
     v1::SolveEvent event;

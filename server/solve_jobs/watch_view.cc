@@ -2,11 +2,16 @@
 #include "server/solve_jobs/watch_view.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <numeric>
 
 #include "fmt/format.h"
+#include "google/protobuf/io/coded_stream.h"
+#include "google/protobuf/io/zero_copy_stream_impl_lite.h"
 #include "server/wire/errors.h"
 
 namespace dlcs {
@@ -24,6 +29,12 @@ std::vector<std::size_t> Spread(std::size_t size, std::size_t count) {
     chosen[chosen.size() - 1 - k] = size - 1 - (k * (size - 1) + gaps / 2) / gaps;
   }
   return chosen;
+}
+
+// The tag of a field whose value is a length and as many bytes.
+std::uint32_t TagOfBytes(int field) {
+  constexpr std::uint32_t kLengthDelimited = 2;
+  return static_cast<std::uint32_t>(field) << 3 | kLengthDelimited;
 }
 
 }  // namespace
@@ -108,7 +119,7 @@ void WatchView::Narrow(v1::Iterate& iterate) const {
   iterate.mutable_y_components()->Swap(narrow.mutable_y_components());
 }
 
-void AddValues(const IterateValues& values, const jobs::EventDetail& detail, v1::Iterate& iterate) {
+void AppendValues(const IterateValues& values, const jobs::EventDetail& detail, std::string& event) {
   if (detail.most_times == 0) return;
   const auto n = static_cast<int>(values.y.rows());
   // Requests for components that the problem does not have are refused by WatchView::Admits().
@@ -118,18 +129,29 @@ void AddValues(const IterateValues& values, const jobs::EventDetail& detail, v1:
   const std::size_t size = all.empty() ? static_cast<std::size_t>(n) : rows.size();
   const std::size_t most = std::min(detail.most_times, std::max<std::size_t>(kMaxValues / size, 1));
   const std::vector<std::size_t> columns = Spread(values.times.size(), most);
-  iterate.mutable_times()->Reserve(static_cast<int>(columns.size()));
-  iterate.mutable_y()->Reserve(static_cast<int>(columns.size() * size));
+  v1::Iterate others;
+  for (const std::size_t column : columns) others.add_times(values.times[column]);
+  others.mutable_y_components()->Add(rows.begin(), rows.end());
+  const std::string times = others.SerializeAsString();
+
+  using google::protobuf::io::CodedOutputStream;
+  static_assert(std::endian::native == std::endian::little, "doubles are copied as they are");
+  const auto y_bytes = static_cast<std::uint32_t>(columns.size() * size * sizeof(double));
+  const std::size_t head_bytes = 1 + CodedOutputStream::VarintSize32(y_bytes);
+  const auto bytes = static_cast<std::uint32_t>(times.size() + head_bytes + y_bytes);
+  event.reserve(event.size() + 1 + CodedOutputStream::VarintSize32(bytes) + bytes);
+  google::protobuf::io::StringOutputStream stream(&event);
+  CodedOutputStream output(&stream);
+  output.WriteTag(TagOfBytes(v1::SolveEvent::kIterateFieldNumber));
+  output.WriteVarint32(bytes);
+  output.WriteString(times);
+  output.WriteTag(TagOfBytes(v1::Iterate::kYFieldNumber));
+  output.WriteVarint32(y_bytes);
   for (const std::size_t column : columns) {
-    iterate.add_times(values.times[column]);
     const auto y = values.y.col(static_cast<Index>(column));
-    if (all.empty()) {
-      iterate.mutable_y()->Add(y.data(), y.data() + n);
-    } else {
-      for (const int row : rows) iterate.add_y(y[row]);
-    }
+    if (all.empty()) output.WriteRaw(y.data(), n * static_cast<int>(sizeof(double)));
+    for (const int row : rows) output.WriteRaw(y.data() + row, sizeof(double));
   }
-  iterate.mutable_y_components()->Add(rows.begin(), rows.end());
 }
 
 }  // namespace dlcs

@@ -4,6 +4,7 @@
 #ifndef DLCS_SERVER_SOLVE_JOBS_WATCH_VIEW_H_
 #define DLCS_SERVER_SOLVE_JOBS_WATCH_VIEW_H_
 
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -37,9 +38,10 @@ class WatchView {
   jobs::EventDetail detail_;
 };
 
-// Adds the values that `detail` names to `iterate`, at no more times than fit into a message.
-// Cost: a copy of them.
-void AddValues(const IterateValues& values, const jobs::EventDetail& detail, v1::Iterate& iterate);
+// Appends the values that `detail` names to `event`, a serialized SolveEvent with an iterate, at no more times than fit
+// into a message. The values follow as a second part of the iterate, which parsers merge with the first, so that they
+// are copied only once.
+void AppendValues(const IterateValues& values, const jobs::EventDetail& detail, std::string& event);
 
 }  // namespace dlcs
 

@@ -26,6 +26,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/synchronization/mutex.h"
 #include "client/local/local_backend.h"
 #include "client/rpc/client.h"
 #include "core/models/signorini.h"
@@ -157,9 +158,11 @@ std::vector<std::vector<v1::SolveEvent>> RecordedEvents() {
   class Recorder final : public Observer {
    public:
     void OnIterate(const IterateReport& report, const IterateValues& values) override {
-      v1::Iterate& iterate = *events.emplace_back().mutable_iterate();
-      iterate = ToProto(report);
-      AddValues(values, {.most_times = values.times.size()}, iterate);
+      v1::SolveEvent& event = events.emplace_back();
+      *event.mutable_iterate() = ToProto(report);
+      std::string bytes = event.SerializeAsString();
+      AppendValues(values, {.most_times = values.times.size()}, bytes);
+      event.ParseFromString(bytes);
     }
     std::vector<v1::SolveEvent> events;
   };
@@ -214,6 +217,7 @@ class Servers {
  private:
   // Writes the addresses as a line, and serves until it is killed.
   [[noreturn]] static void Serve(const std::string& store, int output) {
+    RetainFreedMemory();  // as dlcsd does
     ServerConfig config;
     config.listen = "127.0.0.1:0";
     config.store = store;
@@ -362,8 +366,9 @@ void ReadStream(benchmark::State& state, const Stream& stream, client::Backend& 
 int Main(int argc, char** argv) {
   const bool quick = TakeFlag(argc, argv, "--quick");
   spdlog::set_level(spdlog::level::off);
-  RetainFreedMemory();  // in both processes, as dlcsd does
-  Servers servers;      // before this process has threads
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);  // as in dlcs and dlcsd
+  Servers servers;                                                      // before this process has threads
+  RetainFreedMemory();
   client::LocalBackend local;
 
   const int most_repetitions = quick ? 5 : 15;

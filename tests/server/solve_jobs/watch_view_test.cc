@@ -35,10 +35,12 @@ class WatchViewTest : public ::testing::Test {
       times.push_back(static_cast<double>(j) / 10);
       for (Index i = 0; i < n; ++i) y(i, j) = static_cast<double>(100 * i + j);
     }
-    v1::Iterate iterate;
-    iterate.set_change(1);
-    AddValues({times, y}, detail, iterate);
-    return iterate;
+    v1::SolveEvent event;
+    event.mutable_iterate()->set_change(1);
+    std::string bytes = event.SerializeAsString();
+    AppendValues({times, y}, detail, bytes);
+    EXPECT_TRUE(event.ParseFromString(bytes));
+    return event.iterate();
   }
   v1::Iterate Narrowed(const WatchView& view, v1::Iterate iterate) const {
     view.Narrow(iterate);
