@@ -50,9 +50,7 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
 
   void OnSendInitialMetadataDone(bool ok) override {
     if (kind_ == CallKind::kStore) HangUpOnShutdown();
-    if (ok) return WorkOnThread();
-    SetWorking(false);
-    HangUp(StopCause::kCancelled);
+    OnWriteDone(ok);
   }
 
   void OnWriteDone(bool ok) override {
@@ -173,9 +171,10 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
       const std::lock_guard lock(mutex_);
       return End(admitted);
     }
-    // The work starts after the headers are sent: before that gRPC does not own the reactor, and a first message could
-    // be lost.
+    // The work starts at once. Its messages wait for the headers: before these are sent, gRPC does not own the reactor,
+    // and a first message could be lost.
     this->StartSendInitialMetadata();
+    WorkOnThread();
   }
 
   void WorkOnThread() {
@@ -228,13 +227,13 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
 
   // Both are cleared before Next() is called: if one of them is set when a new message arrives, a later Next() will
   // return it.
-  std::atomic<bool> writing_ = false;
+  std::atomic<bool> writing_ = true;  // a message or, at first, the headers
   std::atomic<bool> is_due_ = false;  // Pump(), by `gathering_`
 
   std::mutex mutex_;  // guards the following members
   Message message_;   // in flight while `writing_`
   std::unique_ptr<grpc::Alarm> gathering_;
-  bool working_ = true;              // Work() is running, or will be when the headers are sent
+  bool working_ = true;              // Work() is running or queued
   bool finished_ = false;            // Finish() was called
   std::optional<absl::Status> end_;  // how the call ends when Work() returns, even if there is more to write
 };

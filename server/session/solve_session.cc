@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <fstream>
 #include <string>
 #include <utility>
@@ -130,9 +131,8 @@ double PeakResidentBytes() {
   // getrusage() also knows the peak of the process that forked this one.
   constexpr char kPeak[] = "VmHWM:";
   std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    double kilobytes = 0;
-    if (word == kPeak && status >> kilobytes) return 1024 * kilobytes;
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with(kPeak)) return 1024 * std::strtod(line.c_str() + sizeof(kPeak) - 1, nullptr);
   }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
