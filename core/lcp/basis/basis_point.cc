@@ -151,8 +151,6 @@ bool BasisPoint::IsDoubtful(const ScaledLcp& lcp, const Basis& basis) {
   const std::vector<Index>& S = indices();
   const Index size = static_cast<Index>(S.size());
   if (size == 0) return false;
-  const double most = y_.head(size).cwiseAbs().maxCoeff();
-  if (!AreViolationsWithin(lcp, basis, kMaybeZero, Vector::Constant(size, most))) return false;
   Vector size_of_y = Vector::Zero(size);
   Vector column(size);
   for (Index p = 0; p < size; ++p) {

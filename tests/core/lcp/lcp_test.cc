@@ -62,6 +62,19 @@ TEST(SolveLcpTest, RowsThatNearlyContradictEachOtherAreNoProof) {
   }
 }
 
+// Solved by y = (20, 5, 0, 2), w = 0 alone. Its bases have solutions with errors of 1e-5, where signs prove nothing.
+TEST(SolveLcpTest, SignsWithinRoundingAreNoProof) {
+  for (const int bits : {30, 34, 37, 40, 42}) {
+    const double gap = std::ldexp(1, -bits);
+    const Matrix M{{-2, -6 + gap, 2 - gap, 0}, {1, 3, -1, 0}, {2, -2, -4, 3}, {-4, 1, 2, 3}};
+    const Vector q{{70 - 5 * gap, -35, -36, 69}};
+    const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
+    ASSERT_TRUE(result.ok());
+    EXPECT_EQ(result->verdict, LcpStatus::kSolved) << bits << ": " << result->message;
+    EXPECT_LE(LcpResidual(M, q, result->y), 1e-12 * (1 + MaxAbs(result->y)));
+  }
+}
+
 TEST(SolveLcpTest, RefusesARuleThatMatrixDoesNotAdmit) {
   const Matrix M{{1, 2}, {3, 1}};
   const absl::Status unique = SolveLcp(M, Vector::Ones(2), SolutionRule::kUnique).status();
