@@ -118,6 +118,12 @@ std::optional<absl::Status> Connection::PermanentFailure(const grpc::Status& sta
 
 absl::Status Connection::Describe(const grpc::Status& status) const {
   if (const std::optional<absl::Status> never = PermanentFailure(status)) return *never;
+  if (has_answered() && !IsAnswer(status) && !status.error_message().starts_with("failed to connect")) {
+    return absl::UnavailableError(fmt::format(
+        "the connection to the server at {} was lost ({}); the server may have ended. Run it again, or as a "
+        "job (dlcs submit), which a server with --store resumes",
+        options_.address, status.error_message()));
+  }
   return DescribeRpcError(status, options_.address);
 }
 

@@ -17,6 +17,7 @@
 #include "server/dlcs_server.h"
 #include "spdlog/spdlog.h"
 #include "tests/client/cli/running_program.h"
+#include "tests/server/dlcsd_process.h"
 #include "tests/server/store/temporary_folder.h"
 
 namespace dlcs::client {
@@ -140,6 +141,17 @@ TEST_F(InterruptTest, AServedSolveIsShownAsOneHereAndItsJobNamed) {
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("dlcs result " + job.name()), Not(HasSubstr("before its first"))));
   EXPECT_EQ(TheJob().state(), v1::JOB_STATE_CANCELLED);
   EXPECT_EQ(TheJob().title(), problem_);
+}
+
+TEST_F(InterruptTest, AServerThatEndsIsNoWrongAddress) {
+  dlcs::testing::DlcsdProcess server({"--listen", "127.0.0.1:0"});
+  RunningProgram program({"solve", problem_, "--server", server.ReadAddress(), "--method", "time-stepping", "--steps",
+                          "15000000", "--no-estimate-error", "--at", "0,4"});
+  program.AwaitErrorText("15000000 steps");
+  server.Signal(SIGKILL);
+  const ProgramOutcome outcome = program.Await();
+  EXPECT_EQ(outcome.code, 3) << outcome.out;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("was lost"), HasSubstr("dlcs submit"), Not(HasSubstr("Check host"))));
 }
 
 TEST_F(InterruptTest, ASolveOfAServerWithoutJobsIsShownAsOneHere) {
