@@ -3,6 +3,7 @@
 #include "core/context/certificate.h"
 
 #include <cmath>
+#include <limits>
 
 #include "core/context/component_errors.h"
 #include "core/linalg/norms.h"
@@ -17,7 +18,8 @@ void AddTerm(const Matrix& coefficient, const Eigen::Ref<const Matrix>& values, 
 // Raises each residual of a row to the largest |min(y / y_size, w / w_size)| over the columns, which hold no NaN.
 void RaiseRowResiduals(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w,
                        const CertificateRows& rows, Vector& residual) {
-  const auto inverse = [](double size) { return size > 0 ? 1 / size : size == 0 ? 0 : size; };
+  constexpr double kUnderflow = std::numeric_limits<double>::min();
+  const auto inverse = [](double size) { return size >= kUnderflow ? 1 / size : size >= 0 ? 0 : size; };
   const Vector of_y = rows.y_size.unaryExpr(inverse), of_w = rows.w_size.unaryExpr(inverse);
   for (Index j = 0; j < y.cols(); ++j) {
     const double *const y_j = y.col(j).data(), *const w_j = w.col(j).data();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace dlcs {
@@ -41,7 +42,26 @@ class Tree {
   const Vector& row() const { return row_; }
   const Vector& column() const { return column_; }
 
+  // Only the products of the factors of a row and a column count: in each connected part both are made of the same size
+  // on average, so that a right-hand side neither overflows nor underflows where the matrix does not.
+  void Balance(Vector& row, Vector& column) const {
+    for (const Part& part : parts_) {
+      double of_rows = 0, of_columns = 0;
+      for (const Index i : part.rows) of_rows += row[i];
+      for (const Index j : part.columns) of_columns += column[j];
+      const double shift = std::floor(
+          (of_rows / static_cast<double>(part.rows.size()) - of_columns / static_cast<double>(part.columns.size())) /
+          2);
+      for (const Index i : part.rows) row[i] -= shift;
+      for (const Index j : part.columns) column[j] += shift;
+    }
+  }
+
  private:
+  struct Part {
+    std::vector<Index> rows, columns;
+  };
+
   void Grow(Index root, std::vector<bool>& seen_row, std::vector<bool>& seen_column) {
     std::vector<Index> rows, columns = {root};
     seen_column[root] = true;
@@ -64,23 +84,12 @@ class Tree {
         }
       }
     }
-    Balance(rows, columns);
-  }
-
-  // Factors of rows and columns of the same size on average.
-  void Balance(const std::vector<Index>& rows, const std::vector<Index>& columns) {
-    if (rows.empty()) return;
-    double of_rows = 0, of_columns = 0;
-    for (const Index i : rows) of_rows += row_[i];
-    for (const Index j : columns) of_columns += column_[j];
-    const double shift =
-        std::floor((of_rows / static_cast<double>(rows.size()) - of_columns / static_cast<double>(columns.size())) / 2);
-    for (const Index i : rows) row_[i] -= shift;
-    for (const Index j : columns) column_[j] += shift;
+    if (!rows.empty()) parts_.push_back({std::move(rows), std::move(columns)});
   }
 
   const Matrix& exponents_;
   Vector row_, column_;
+  std::vector<Part> parts_;  // those with entries
 };
 
 // The same for one factor per index. An index with a diagonal entry is brought to exponent zero or one there; those
@@ -201,8 +210,10 @@ Equilibration EquilibrateRowsAndColumns(const Matrix& M) {
     row -= of_rows / 2;
     column -= of_columns / 2;
   }
-  return {PowersOfTwo(tree.row() + Rounded(start_row + row)),
-          PowersOfTwo(tree.column() + Rounded(start_column + column))};
+  row = tree.row() + Rounded(start_row + row);
+  column = tree.column() + Rounded(start_column + column);
+  tree.Balance(row, column);
+  return {PowersOfTwo(row), PowersOfTwo(column)};
 }
 
 double PowerOfTwo(double size) { return size > 0 && std::isfinite(size) ? std::ldexp(1.0, std::ilogb(size)) : 1.0; }

@@ -74,7 +74,7 @@ bool BasisPoint::Evaluate(const ScaledLcp& lcp) {
       SubtractMultiple(last + 1 - first, -y_[p], &M(first, j), &w_[first]);
     }
   }
-  for (Index i = 0; i < n; ++i) allowed_[i] = lcp.tolerance[i] + kRounding * std::abs(lcp.q[i]);
+  for (Index i = 0; i < n; ++i) allowed_[i] = kUnderflow + lcp.tolerance[i] + kRounding * std::abs(lcp.q[i]);
   std::fill(is_summed_.begin(), is_summed_.end(), std::uint8_t{0});
   accurate_ = true;
   for (std::size_t p = 0; p < S.size() && accurate_; ++p) {

@@ -5,12 +5,16 @@
 #define DLCS_CORE_LCP_BASIS_BASIS_POINT_H_
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "core/lcp/basis/basis_factor.h"
 #include "core/lcp/basis/scaled_lcp.h"
 
 namespace dlcs {
+
+// Products below the smallest normal number have an absolute rounding error.
+inline constexpr double kUnderflow = std::numeric_limits<double>::min();
 
 // Fills `violations` with the indices, increasing, of a negative y_i (in S; `y_of_S` in that order) that is not
 // negligible(i, y_i), or of a w_i < -allowed_i (not in S).
@@ -34,10 +38,10 @@ void FindViolations(const Basis& basis, const Vector& y_of_S, const Vector& w, c
 //
 // What counts as zero. w_i may be negative by the caller's tolerance and the rounding of its own sum,
 //     allowed_i = tolerance_i + 1e-14 (|q_i| + Σ_j|M_ij||y_j|),
-// relative to its own terms only, so that rows and columns may have any units. y_j may be negative if setting it to
-// zero changes no w_i by more than allowed_i, so y needs no tolerance of its own. If the point is not a solution by
-// these rules, but some y_j are so small relative to the others that they may be rounding errors of zeros, these are
-// set to zero and the point is checked again.
+// relative to its own terms only, so that rows and columns may have any units, and by the smallest normal number. y_j
+// may be negative if setting it to zero changes no w_i by more than allowed_i, so y needs no tolerance of its own. If
+// the point is not a solution by these rules, but some y_j are so small relative to the others that they may be
+// rounding errors of zeros, these are set to zero and the point is checked again.
 class BasisPoint {
  public:
   BasisPoint(const ScaledLcp& lcp, Elimination elimination);

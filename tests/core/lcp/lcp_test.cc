@@ -75,6 +75,34 @@ TEST(SolveLcpTest, SignsWithinRoundingAreNoProof) {
   }
 }
 
+// Near a fixed boundary the states of a diffusion are as small as this, with rows that follow none of the others.
+TEST(SolveLcpTest, UnderflowIsNoFailure) {
+  for (const Index n : {4, 60, 255}) {
+    for (const double sign : {1.0, -1.0}) {
+      Matrix M = Matrix::Identity(n, n);
+      for (Index i = 0; i < n; ++i) {
+        for (Index j = 0; j < n; ++j) M(i, j) += sign * 0.1 * std::pow(0.06, static_cast<double>(std::abs(i - j)));
+      }
+      for (const double size : {1.0, 1e-250, 1e-273, 1e-300, 1e-306}) {
+        Vector q(n);
+        for (Index i = 0; i < n; ++i) {
+          const double wave = std::sin(3.0 * static_cast<double>(i));
+          q[i] = i % 5 < 2 ? 0 : -size * wave * std::pow(0.2, static_cast<double>(i % 30));
+        }
+        for (const Selection selection : {Selection::kUnique, Selection::kAny}) {
+          Basis basis(static_cast<std::size_t>(n), 0);
+          Vector y(n);
+          const auto solver = MakeLcpSolver(M, selection);
+          EXPECT_EQ(solver->Solve(q, 1e-13 * q.cwiseAbs(), basis, y), LcpStatus::kSolved)
+              << n << ", " << size << ": " << solver->Account().message;
+          EXPECT_LE(LcpResidual(M, q, y), 1e-13 * size + std::numeric_limits<double>::min())
+              << n << ", " << sign << ", " << size << ": " << solver->Account().method;
+        }
+      }
+    }
+  }
+}
+
 TEST(SolveLcpTest, RefusesARuleThatMatrixDoesNotAdmit) {
   const Matrix M{{1, 2}, {3, 1}};
   const absl::Status unique = SolveLcp(M, Vector::Ones(2), SolutionRule::kUnique).status();
