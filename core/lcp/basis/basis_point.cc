@@ -74,7 +74,8 @@ bool BasisPoint::Evaluate(const ScaledLcp& lcp) {
       SubtractMultiple(last + 1 - first, -y_[p], &M(first, j), &w_[first]);
     }
   }
-  for (Index i = 0; i < n; ++i) allowed_[i] = kUnderflow + lcp.tolerance[i] + kRounding * std::abs(lcp.q[i]);
+  const double underflow = UnderflowIn(static_cast<Index>(S.size()));
+  for (Index i = 0; i < n; ++i) allowed_[i] = underflow + lcp.tolerance[i] + kRounding * std::abs(lcp.q[i]);
   std::fill(is_summed_.begin(), is_summed_.end(), std::uint8_t{0});
   accurate_ = true;
   for (std::size_t p = 0; p < S.size() && accurate_; ++p) {
@@ -147,6 +148,13 @@ void BasisPoint::CutNoise(const ScaledLcp& lcp, const Basis& basis) {
 }
 
 bool BasisPoint::IsDoubtful(const ScaledLcp& lcp, const Basis& basis) {
+  const Index size = static_cast<Index>(indices().size());
+  if (size == 0) return false;
+  const double most = y_.head(size).cwiseAbs().maxCoeff();
+  return AreViolationsWithin(lcp, basis, kMaybeZero, Vector::Constant(size, most)) && AreWithinRounding(lcp, basis);
+}
+
+bool BasisPoint::AreWithinRounding(const ScaledLcp& lcp, const Basis& basis) {
   constexpr double kRoundingOfSolution = 1e-13;
   const std::vector<Index>& S = indices();
   const Index size = static_cast<Index>(S.size());

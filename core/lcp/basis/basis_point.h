@@ -13,8 +13,10 @@
 
 namespace dlcs {
 
-// Products below the smallest normal number have an absolute rounding error.
-inline constexpr double kUnderflow = std::numeric_limits<double>::min();
+// The rounding in a sum of so many products that comes from underflow, a few of the smallest numbers.
+inline double UnderflowIn(Index products) {
+  return 4 * std::numeric_limits<double>::denorm_min() * static_cast<double>(products + 1);
+}
 
 // Fills `violations` with the indices, increasing, of a negative y_i (in S; `y_of_S` in that order) that is not
 // negligible(i, y_i), or of a w_i < -allowed_i (not in S).
@@ -38,10 +40,10 @@ void FindViolations(const Basis& basis, const Vector& y_of_S, const Vector& w, c
 //
 // What counts as zero. w_i may be negative by the caller's tolerance and the rounding of its own sum,
 //     allowed_i = tolerance_i + 1e-14 (|q_i| + Σ_j|M_ij||y_j|),
-// relative to its own terms only, so that rows and columns may have any units, and by the smallest normal number. y_j
-// may be negative if setting it to zero changes no w_i by more than allowed_i, so y needs no tolerance of its own. If
-// the point is not a solution by these rules, but some y_j are so small relative to the others that they may be
-// rounding errors of zeros, these are set to zero and the point is checked again.
+// relative to its own terms only, so that rows and columns may have any units (but for underflow). y_j may be negative
+// if setting it to zero changes no w_i by more than allowed_i, so y needs no tolerance of its own. If the point is not
+// a solution by these rules, but some y_j are so small relative to the others that they may be rounding errors of
+// zeros, these are set to zero and the point is checked again.
 class BasisPoint {
  public:
   BasisPoint(const ScaledLcp& lcp, Elimination elimination);
@@ -60,6 +62,8 @@ class BasisPoint {
 
   // If the point is not a solution: whether rounding alone may be the reason, so that the basis proves nothing. The
   // violations are compared with the rounding of y, |M_SS⁻¹| (|M_SS||y| + |q_S|). Cost: up to |S|³ operations.
+  bool AreWithinRounding(const ScaledLcp& lcp, const Basis& basis);
+  // The same, only if the violations are tiny beside the largest y_j as well.
   bool IsDoubtful(const ScaledLcp& lcp, const Basis& basis);
 
   const std::vector<Index>& indices() const { return factor_.indices(); }  // S, increasing

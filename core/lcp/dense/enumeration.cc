@@ -72,7 +72,7 @@ LcpStatus Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)
       basis = candidate;
       point.Write(lcp, y);
       if (preferred(candidate)) return LcpStatus::kSolved;
-    } else if (!point.solved() && point.IsDoubtful(lcp, candidate)) {
+    } else if (!point.solved() && point.AreWithinRounding(lcp, candidate)) {
       doubtful.push_back(subset);
     }
   }

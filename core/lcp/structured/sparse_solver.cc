@@ -67,7 +67,7 @@ bool SparsePoint::Evaluate(const SparseLcp& lcp) {
       allowed_[it.row()] += std::abs(term);
     }
   }
-  allowed_ = (lcp.tolerance + kRounding * allowed_).array() + kUnderflow;
+  allowed_ = (lcp.tolerance + kRounding * allowed_).array() + UnderflowIn(static_cast<Index>(S.size()));
   accurate_ = std::all_of(S.begin(), S.end(), [this](Index i) { return std::abs(w_[i]) <= allowed_[i]; });
   return w_.allFinite();
 }

@@ -103,6 +103,28 @@ TEST(SolveLcpTest, UnderflowIsNoFailure) {
   }
 }
 
+// What is lost to underflow counts as zero, and nothing larger.
+TEST(SolveLcpTest, NumbersAboveUnderflowAreNoZeros) {
+  struct Small {
+    Matrix M;
+    Vector q;
+    LcpStatus verdict;
+  };
+  for (const auto& [M, q, verdict] : {Small{Matrix{{1, 1e18, 0}, {0, 0, 1}, {0, -1, 1}}, Vector{{-6e-297, 0, 0}}, {}},
+                                      Small{Matrix{{2, 1e60}, {0, 1}}, Vector{{-6e-280, 1}}, {}},
+                                      Small{Matrix{{0, 0}, {0, 1}}, Vector{{0, -8e-309}}, {}},
+                                      Small{Matrix{{0}}, Vector{{-1.1e-308}}, LcpStatus::kInfeasible},
+                                      Small{Matrix{{0, 0}, {0, -1}}, Vector{{0, -1.1e-308}}, LcpStatus::kInfeasible}}) {
+    const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
+    ASSERT_TRUE(result.ok());
+    EXPECT_EQ(result->verdict, verdict) << M << "\n" << q.transpose() << "\n" << result->message;
+    const double smallest = (q.array() == 0).select(1, q.cwiseAbs()).minCoeff();
+    if (verdict == LcpStatus::kSolved) {
+      EXPECT_LE(LcpResidual(M, q, result->y), 1e-12 * smallest);
+    }
+  }
+}
+
 TEST(SolveLcpTest, RefusesARuleThatMatrixDoesNotAdmit) {
   const Matrix M{{1, 2}, {3, 1}};
   const absl::Status unique = SolveLcp(M, Vector::Ones(2), SolutionRule::kUnique).status();
