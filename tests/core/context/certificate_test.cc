@@ -47,6 +47,25 @@ TEST(CertificateTest, ResidualsOfAStateAtRestAreNotRelativeToItsRounding) {
   }
 }
 
+// The reciprocals of such sizes overflow.
+TEST(CertificateTest, ResidualsOfSubnormalRowsAreFinite) {
+  Problem problem;
+  problem.A = Matrix{{-1}};
+  problem.B = Matrix{{1}};
+  problem.N = Matrix{{-1}};
+  problem.M = Matrix{{2}};
+  problem.f = TimeFunction::Constant(Vector{{0}});
+  problem.g = TimeFunction::Constant(Vector{{0}});
+  problem.x0 = Vector{{1e-310}};
+  problem.horizon = 2;
+  Options options;
+  options.method = Method::kTimeStepping;
+  options.num_steps = 20;
+  const Solution solution = testing::SolveToEnd(problem, options);
+  EXPECT_TRUE(std::isfinite(solution.certificate.node_residual_of_rows));
+  EXPECT_TRUE(std::isfinite(solution.certificate.midpoint_residual_of_rows));
+}
+
 // The same block moved by a part of what y moves in a step, and back: that is not rounding.
 TEST(CertificateTest, ShowsThatAStateIsNotAtRest) {
   const Problem problem = BlockAtRest("0", 0);
