@@ -55,9 +55,8 @@ void AddSlidingConcerns(const std::vector<Relay>& relays, double horizon, v1::Su
     // Some readers see the first line alone.
     if (verdict.kind() == v1::VERDICT_KIND_NOT_SOLVED) continue;
     verdict.set_kind(v1::VERDICT_KIND_ERROR_ESTIMATED);
-    verdict.set_text(fmt::format("reached T, {}: {} slides, estimated error {:.2g}",
-                                 verdict.success() ? "warning" : "not usable", relay.element,
-                                 summary.accuracy().error()));
+    verdict.set_text(
+        fmt::format("reached T: {} slides, estimated error {:.2g}", relay.element, summary.accuracy().error()));
   }
 }
 

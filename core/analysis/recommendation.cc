@@ -43,7 +43,7 @@ struct Trials {
 void PredictSteps(const Trials& trials, Recommendation& recommendation) {
   const double tolerance = recommendation.options.error_tolerance;
   if (trials.convergence.empty()) return;
-  const double error = trials.convergence.errors(kSafety).largest();
+  const double error = trials.convergence.relative_error(kSafety);
   const double order = trials.convergence.order();
   const double wanted = static_cast<double>(trials.finest) * std::max(1.0, std::pow(error / tolerance, 1 / order));
   recommendation.predicted_error = std::min(error, tolerance);
@@ -94,14 +94,17 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
     spent += last.cost.seconds_total;
     if (last.termination == Termination::kReachedEnd) {
       if (trials.finest > 0) {
-        const ComponentSizes sizes = SizesOf(problem, last, /*y_counts=*/false);
-        trials.convergence.Add(DifferencesBetween(previous, last, problem, sizes));
+        const ComponentValues sizes = SizesOf(problem, last, /*y_counts=*/false);
+        ComponentValues differences =
+            Beyond(DifferencesBetween(previous, last, sizes), RoundingOfTerms(problem, sizes));
+        const double relative = differences.LargestRelative(sizes);
+        trials.convergence.Add(std::move(differences), relative);
       }
       trials.finest = steps;
       previous = last;
     }
     const bool accurate = trials.convergence.shows_order() &&
-                          trials.convergence.errors(kSafety).largest() <= recommendation.options.error_tolerance;
+                          trials.convergence.relative_error(kSafety) <= recommendation.options.error_tolerance;
     if (accurate || spent + 2 * last.cost.seconds_total > kTrialSeconds || steps >= kMaxSteps) break;
   }
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/circuits/components.h"
-#include "core/linalg/balance.h"
+#include "core/linalg/strong_components.h"
 
 namespace dlcs {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "core/circuits/linear_network.h"
 #include "core/lcp/dense/basic_solutions.h"
-#include "core/linalg/balance.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/linear_program.h"
+#include "core/linalg/strong_components.h"
 #include "core/matrix_classes/matrix_class.h"
 
 namespace dlcs {

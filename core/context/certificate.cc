@@ -74,6 +74,9 @@ void CertificateBuilder::AddNodes(const Eigen::Ref<const Matrix>& y, const Eigen
   BeginAtZero();
   Certificate& c = certificate_;
   const PairNorms norms = MeasurePairs(y, w);
+  if (rows_.y_largest.size() == 0) rows_.y_largest = rows_.w_largest = Vector::Zero(y.rows());
+  RaiseRowSizes(y, rows_.y_largest);
+  RaiseRowSizes(w, rows_.w_largest);
   c.node_residual = NanMax(c.node_residual, norms.residual);
   c.node_complementarity = NanMax(c.node_complementarity, LargestSum(y, w, norms));
   c.lcp_scale = NanMax(c.lcp_scale, norms.size);
@@ -91,6 +94,8 @@ void CertificateBuilder::AddMidpoints(const Eigen::Ref<const Matrix>& y, const E
 
 void CertificateBuilder::AddStates(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& slope) {
   BeginAtZero();
+  if (rows_.x_largest.size() == 0) rows_.x_largest = Vector::Zero(x.rows());
+  RaiseRowSizes(x, rows_.x_largest);
   certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x));
   certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
 }

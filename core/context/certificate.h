@@ -19,6 +19,7 @@ struct CertificateRows {
   Vector x_size, y_size, w_size, f_size, g_size;
   Vector node_residual, midpoint_residual;  // relative to these sizes
   Vector drift, largest_drift;              // of E x
+  Vector x_largest, y_largest, w_largest;   // |x_i|, |y_i| and |w_i| at all nodes that were added
 };
 
 class CertificateBuilder {

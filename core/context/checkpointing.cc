@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/context/solve_context.h"
@@ -12,7 +13,9 @@ namespace dlcs {
 namespace {
 
 // Must be increased whenever the state that a method stores changes, or the bits of the results computed from it.
-constexpr Index kVersion = 3;
+constexpr Index kVersion = 4;
+// The oldest version whose states are read. It has no largest values of components.
+constexpr Index kOldestVersion = 3;
 
 // Identifies a solve, so that the state of another one is refused.
 std::vector<Index> Fingerprint(const SolveContext& context) {
@@ -53,7 +56,7 @@ void CarryFields(StateArchive& state, KernelRecord& kernel) {
 namespace {
 
 // Stores or restores everything in the context that changes while a method runs, except the trajectory.
-void CarryContext(StateArchive& state, SolveContext& context) {
+void CarryContext(StateArchive& state, Index version, SolveContext& context) {
   Solution& solution = context.solution;
   Certificate certificate = context.certificate.certificate();
   CertificateRows rows = context.certificate.rows();
@@ -62,6 +65,11 @@ void CarryContext(StateArchive& state, SolveContext& context) {
   state(certificate, rows, has_steps, recorded, solution.cost, solution.jumps, solution.left_limits, solution.warnings,
         solution.dense_output, solution.kernel, context.first_impulse);
   if (context.limit_watch) state(solution.reached_limits);
+  if (version > kOldestVersion) {
+    state(rows.x_largest, rows.y_largest, rows.w_largest);
+  } else {
+    std::tie(rows.x_largest, rows.y_largest, rows.w_largest) = std::tie(rows.x_size, rows.y_size, rows.w_size);
+  }
   if (!state.reads()) return;
   if (has_steps) context.certificate.ResumeFrom(certificate, rows);
   context.recorder.ResumeFrom(recorded);
@@ -89,8 +97,11 @@ bool Checkpointing::Resume(SolveContext& context, const CarryMethod& carry) {
   std::vector<Index> fingerprint;
   double seconds = 0;
   state(fingerprint, seconds);
-  if (!state.ok() || fingerprint != Fingerprint(context)) return false;
-  CarryContext(state, context);
+  if (!state.ok() || fingerprint.empty()) return false;
+  const Index version = fingerprint.front();
+  fingerprint.front() = std::max(version, kVersion);
+  if (version < kOldestVersion || fingerprint != Fingerprint(context)) return false;
+  CarryContext(state, version, context);
   const Index recorded = context.recorder.recorded();
   parted_ = std::max<Index>(recorded - 1, 0);
   const ResumePoint& earlier = *resume_;
@@ -123,7 +134,7 @@ void Checkpointing::Offer(SolveContext& context, double time, const CarryMethod&
     std::vector<Index> fingerprint = Fingerprint(context);
     double seconds = context.Seconds();
     state(fingerprint, seconds);
-    CarryContext(state, context);
+    CarryContext(state, kVersion, context);
     CarryLastColumn(state, context);
     carry(state);
     return state.Take();

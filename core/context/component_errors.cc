@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
+#include "core/linalg/abs_times.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -57,9 +60,16 @@ void LeaveOutJumps(const Solution& a, const Solution& b, double apart, CommonCol
   common = std::move(kept);
 }
 
-ComponentErrors Differences(const Solution& a, const Solution& b, const CommonColumns& common,
-                            const StructuredMatrix* B, const ComponentSizes& sizes) {
-  Vector x = Vector::Zero(a.x.rows()), By = Vector::Zero(B ? B->rows() : 0), w = Vector::Zero(sizes.w.size());
+// Sets the smaller one of y_i and w_i to zero, as it is in the solution. What an iteration leaves of it is the residual
+// of the LCP, which the certificate holds.
+void SetToComplements(Matrix& y, Matrix& w) {
+  for (Index k = 0; k < y.size(); ++k) (y.data()[k] < w.data()[k] ? y : w).data()[k] = 0;
+}
+
+ComponentValues Differences(const Solution& a, const Solution& b, const CommonColumns& common,
+                            const ComponentValues& measured) {
+  ComponentValues differences{Vector::Zero(measured.x.size()), Vector::Zero(measured.y.size()),
+                              Vector::Zero(measured.w.size())};
   const auto count = static_cast<Index>(common.of_a.size());
   const Index at_once = ColumnsAtOnce(a);
   std::vector<Index> of_a, of_b;
@@ -68,12 +78,16 @@ ComponentErrors Differences(const Solution& a, const Solution& b, const CommonCo
     of_a.assign(common.of_a.begin() + first, common.of_a.begin() + last);
     of_b.assign(common.of_b.begin() + first, common.of_b.begin() + last);
     // As a matrix: an expression would copy the indices once for every column.
-    RaiseRowMaxAbs(Matrix(a.x(Eigen::all, of_a) - b.x(Eigen::all, of_b)), x);
-    if (B) RaiseRowMaxAbs(*B * Matrix(a.y(Eigen::all, of_a) - b.y(Eigen::all, of_b)), By);
-    if (w.size() > 0) RaiseRowMaxAbs(Matrix(a.w(Eigen::all, of_a) - b.w(Eigen::all, of_b)), w);
+    RaiseRowMaxAbs(Matrix(a.x(Eigen::all, of_a) - b.x(Eigen::all, of_b)), differences.x);
+    if (measured.y.size() == 0) continue;
+    Matrix y = a.y(Eigen::all, of_a), w = a.w(Eigen::all, of_a), y_b = b.y(Eigen::all, of_b),
+           w_b = b.w(Eigen::all, of_b);
+    SetToComplements(y, w);
+    SetToComplements(y_b, w_b);
+    RaiseRowMaxAbs(y - y_b, differences.y);
+    RaiseRowMaxAbs(w - w_b, differences.w);
   }
-  return {Relative(x, sizes.x, sizes.x_rounding), Relative(By, sizes.By, sizes.By_rounding),
-          Relative(w, sizes.w, Vector::Zero(w.size()))};
+  return differences;
 }
 
 // Zero for a Kronecker sum, whose entries are not written down.
@@ -91,99 +105,90 @@ Vector MemoryOf(const Problem& problem, double longest) {
       masses, [&](double rate, double mass) { return std::min(longest / std::abs(mass), 1 / std::abs(rate)); });
 }
 
-Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding) {
-  Vector relative(difference.size());
-  for (Index i = 0; i < difference.size(); ++i) {
-    if (size[i] > rounding[i] || std::isnan(size[i])) {
-      relative[i] = difference[i] / size[i];
-    } else {
-      relative[i] = difference[i] > rounding[i] ? 1 : 0;
+double ComponentValues::LargestRelative(const ComponentValues& sizes) const {
+  double largest = 0;
+  const auto raise = [&](const Vector& values, const Vector& of_sizes) {
+    for (Index i = 0; i < values.size(); ++i) {
+      if (values[i] != 0) largest = NanMax(largest, values[i] / of_sizes[i]);
     }
-  }
-  return relative;
+  };
+  raise(x, sizes.x);
+  raise(y, sizes.y);
+  raise(w, sizes.w);
+  return largest;
 }
 
-double ComponentErrors::largest() const { return NanMax(MaxAbs(x), NanMax(MaxAbs(By), MaxAbs(w))); }
+ComponentValues Beyond(const ComponentValues& differences, const ComponentValues& rounding) {
+  const auto beyond = [](const Vector& of_differences, const Vector& of_rounding) {
+    return NanMax(Vector(of_differences - 2 * of_rounding), Vector::Zero(of_differences.size()));
+  };
+  return {beyond(differences.x, rounding.x), beyond(differences.y, rounding.y), beyond(differences.w, rounding.w)};
+}
 
-void ComponentErrors::RaiseTo(const ComponentErrors& other, double factor) {
-  const auto raise = [factor](Vector& errors, const Vector& others) {
-    errors = errors.binaryExpr(others, [factor](double a, double b) { return NanMax(a, factor * b); });
+void ComponentValues::RaiseTo(const ComponentValues& other, double factor) {
+  const auto raise = [factor](Vector& values, const Vector& others) {
+    values = values.binaryExpr(others, [factor](double a, double b) { return NanMax(a, factor * b); });
   };
   raise(x, other.x);
-  raise(By, other.By);
+  raise(y, other.y);
   raise(w, other.w);
 }
 
-void ComponentErrors::operator+=(const ComponentErrors& other) {
+void ComponentValues::operator+=(const ComponentValues& other) {
   x += other.x;
-  By += other.By;
+  y += other.y;
   w += other.w;
 }
 
-void ComponentErrors::operator*=(double factor) {
+void ComponentValues::operator*=(double factor) {
   x *= factor;
-  By *= factor;
+  y *= factor;
   w *= factor;
 }
 
-void ComponentErrors::MoveTo(Accuracy& accuracy) {
-  // The errors are relative to the sizes of the computed trajectory, which are themselves wrong by e. Relative to the
-  // true sizes they are up to e / (1 - e). That has a pole at e = 1, so its first terms e + e² are taken.
-  for (Vector* errors : {&x, &By, &w}) errors->array() *= 1 + errors->array();
-  accuracy.error = NanMax(largest(), Accuracy::kMinError);
-  accuracy.errors_x = std::move(x);
-  accuracy.errors_By = std::move(By);
-  accuracy.errors_w = std::move(w);
-}
-
-ComponentSizes SizesOf(const Problem& problem, const Solution& solution, bool y_counts) {
-  ComponentSizes sizes;
-  sizes.x = problem.x0.cwiseAbs();
-  RaiseRowMaxAbs(solution.x, sizes.x);
-  const Vector y = RowMaxAbs(solution.y);
-  const Vector summed_By = problem.B.AbsTimes(y);
-  const Vector moved = problem.A.AbsTimes(sizes.x) + summed_By;
-  sizes.x_rounding = kRounding * (sizes.x + MemoryOf(problem, problem.horizon).cwiseProduct(moved));
+ComponentValues SizesOf(const Problem& problem, const Solution& solution, bool y_counts) {
+  const auto raised = [](Vector size, const Vector& largest, const Matrix& columns) {
+    if (largest.size() > 0) size = size.cwiseMax(largest);
+    RaiseRowMaxAbs(columns, size);
+    return size;
+  };
+  const Vector none = Vector::Zero(problem.num_constraints());
+  ComponentValues sizes{raised(problem.x0.cwiseAbs(), solution.largest.x, solution.x)};
   if (!y_counts) return sizes;
-  sizes.By = Vector::Zero(problem.num_states());
-  Vector g = Vector::Zero(problem.num_constraints());
-  const Index at_once = ColumnsAtOnce(solution);
-  for (Index first = 0; first < solution.y.cols(); first += at_once) {
-    const Index count = std::min(at_once, solution.y.cols() - first);
-    const auto y_part = solution.y.middleCols(first, count);
-    RaiseRowMaxAbs(problem.B * y_part, sizes.By);
-    Matrix g_part = solution.w.middleCols(first, count);
-    g_part -= problem.N * solution.x.middleCols(first, count);
-    g_part -= problem.M * y_part;
-    RaiseRowMaxAbs(g_part, g);
+  sizes.y = raised(none, solution.largest.y, solution.y);
+  sizes.w = raised(none, solution.largest.w, solution.w);
+  return sizes;
+}
+
+ComponentValues SizesOf(const Solution& solution) { return {RowMaxAbs(solution.x)}; }
+
+ComponentValues RoundingOfTerms(const Problem& problem, const ComponentValues& sizes) {
+  Vector moved = problem.A.AbsTimes(sizes.x);
+  ComponentValues rounding;
+  if (sizes.y.size() > 0) {
+    moved += problem.B.AbsTimes(sizes.y);
+    rounding.w = kRounding * (problem.N.AbsTimes(sizes.x) + problem.M.AbsTimes(sizes.y) + sizes.w);
+    // An active y_i has the rounding of w_i, divided by M_ii.
+    rounding.y = DiagonalOf(problem.M).binaryExpr(
+        rounding.w, [](double diagonal, double of_w) { return diagonal != 0 ? of_w / std::abs(diagonal) : 0; });
+    // What is zero to the bit was set to zero, not summed.
+    rounding.y = (sizes.y.array() > 0).select(rounding.y, 0);
+    rounding.w = (sizes.w.array() > 0).select(rounding.w, 0);
   }
-  sizes.w = problem.N.AbsTimes(sizes.x) + problem.M.AbsTimes(y) + g;
-  // y_i = -(N x + g + ...)_i / M_ii has the rounding of N x.
-  const Vector by_Nx = problem.N.AbsTimes(sizes.x).cwiseProduct(
-      DiagonalOf(problem.M).unaryExpr([](double d) { return d != 0 ? 1 / std::abs(d) : 0; }));
-  sizes.By_rounding = kRounding * (summed_By + problem.B.AbsTimes(by_Nx));
-  return sizes;
+  rounding.x = kRounding * (sizes.x + MemoryOf(problem, problem.horizon).cwiseProduct(moved));
+  return rounding;
 }
 
-ComponentSizes SizesOf(const Solution& solution) {
-  ComponentSizes sizes;
-  sizes.x = RowMaxAbs(solution.x);
-  sizes.x_rounding = kRounding * sizes.x;
-  return sizes;
-}
+ComponentValues RoundingOfTerms(const ComponentValues& sizes) { return {kRounding * sizes.x}; }
 
-ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const Problem& problem,
-                                   const ComponentSizes& sizes, double apart) {
+ComponentValues DifferencesBetween(const Solution& a, const Solution& b, const ComponentValues& measured,
+                                   double apart) {
   CommonColumns common = ColumnsInCommon(a.times, b.times);
   if (apart > 0) LeaveOutJumps(a, b, apart, common);
-  return Differences(a, b, common, sizes.By.size() > 0 ? &problem.B : nullptr, sizes);
+  return Differences(a, b, common, measured);
 }
 
-ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const ComponentSizes& sizes) {
-  return Differences(a, b, ColumnsInCommon(a.times, b.times), nullptr, sizes);
-}
-
-ComponentErrors SwitchChanges(const Solution& solution, const Problem& problem, const ComponentSizes& sizes) {
+ComponentValues SwitchChanges(const Solution& solution, const Problem& problem, const ComponentValues& sizes) {
   const Vector memory = MemoryOf(problem, problem.horizon);
   Vector x = Vector::Zero(problem.num_states());
   auto limit = solution.left_limits.begin();
@@ -201,13 +206,66 @@ ComponentErrors SwitchChanges(const Solution& solution, const Problem& problem, 
     const double step = std::min(end - begin, solution.step);
     x = x.cwiseMax((problem.B * Vector(after - before)).cwiseAbs().cwiseProduct(memory.cwiseMin(step)));
   }
-  return {Relative(x, sizes.x, sizes.x_rounding), Vector::Zero(sizes.By.size()), Vector::Zero(sizes.w.size())};
+  return {std::move(x), Vector::Zero(sizes.y.size()), Vector::Zero(sizes.w.size())};
+}
+
+TrajectoryErrors ErrorsOf(const ComponentValues& sizes, const ComponentValues& truncation,
+                          const ComponentValues& rounding) {
+  const auto of_kind = [](const Vector& own, const Vector& of_truncation, const Vector& of_rounding) {
+    ErrorsByCause errors{own, of_truncation, of_rounding};
+    for (Index i = 0; i < own.size(); ++i) {
+      if (own[i] > 0) errors.truncation[i] *= 1 + errors.truncation[i] / own[i];
+    }
+    return errors;
+  };
+  return {of_kind(sizes.x, truncation.x, rounding.x),
+          of_kind(sizes.y, truncation.y, rounding.y),
+          of_kind(sizes.w, truncation.w, rounding.w),
+          {}};
+}
+
+void RaiseTruncation(double part, TrajectoryErrors& errors) {
+  for (const ComponentKind kind : kComponentKinds) {
+    ErrorsByCause& of_kind = errors.of(kind);
+    of_kind.truncation = NanMax(of_kind.truncation, part * of_kind.own);
+  }
+}
+
+void RaiseToEffectOfStates(const Problem& problem, const Solution& solution, TrajectoryErrors& errors) {
+  if (errors.y.size() == 0 || !problem.M.is_dense() || !problem.N.is_dense()) return;
+  const Matrix &N = problem.N.Dense(), &M = problem.M.Dense();
+  std::set<std::vector<Index>> sets;
+  for (Index k = 0; k < solution.y.cols() && sets.size() < kMostSets; ++k) {
+    std::vector<Index> active;
+    for (Index i = 0; i < solution.y.rows(); ++i) {
+      if (solution.y(i, k) > 0) active.push_back(i);
+    }
+    // Where y_i and w_i are both zero, as at the time of a switch, another time shows which of them stays so.
+    const Vector beyond_rounding =
+        (solution.y.col(k) - errors.y.rounding).cwiseMax(solution.w.col(k) - errors.w.rounding);
+    const bool is_tied = (beyond_rounding.array() <= 0).any();
+    if (is_tied || !sets.insert(active).second) continue;
+    Matrix of_y = Matrix::Zero(M.rows(), N.cols());
+    if (!active.empty())
+      of_y(active, Eigen::all) = -Eigen::PartialPivLU<Matrix>(M(active, active)).solve(N(active, Eigen::all));
+    const Matrix of_w = N + M * of_y;
+    const Vector y = AbsTimes(of_y, errors.x.truncation);
+    Vector w = AbsTimes(of_w, errors.x.truncation);
+    w(active).setZero();
+    if (!y.allFinite() || !w.allFinite()) continue;
+    errors.y.truncation = NanMax(errors.y.truncation, y);
+    errors.w.truncation = NanMax(errors.w.truncation, w);
+  }
 }
 
 double RelativeDifference(const Matrix& coarse, const Matrix& fine) {
   const Vector size = RowMaxAbs(fine);
   const Vector difference = RowMaxAbs(coarse - fine);
-  return MaxAbs(Relative(difference, size, Vector::Zero(size.size())));
+  double largest = 0;
+  for (Index i = 0; i < size.size(); ++i) {
+    if (difference[i] != 0) largest = NanMax(largest, difference[i] / size[i]);
+  }
+  return largest;
 }
 
 void KeepTimes(const std::vector<double>& wanted, Solution& solution) {

@@ -11,52 +11,57 @@
 
 namespace dlcs {
 
-// Errors of each state, and of each component of B y and w where those are measured, relative to the size of the
-// component.
-struct ComponentErrors {
+// One number for each state, and for each y_i and w_i where those are measured; empty otherwise.
+struct ComponentValues {
   Vector x = {};
-  Vector By = {};
+  Vector y = {};
   Vector w = {};
 
-  double largest() const;  // NaN if one of them is
   // Raises each entry to `factor` times that of `other`, where that is larger; NaN if either is.
-  void RaiseTo(const ComponentErrors& other, double factor = 1);
-  void operator+=(const ComponentErrors& other);
+  void RaiseTo(const ComponentValues& other, double factor = 1);
+  void operator+=(const ComponentValues& other);
   void operator*=(double factor);
-  // Moves them to `accuracy`, whose error becomes the largest of them.
-  void MoveTo(Accuracy& accuracy);
+  // The largest entry relative to that of `sizes`; NaN if one of them is.
+  double LargestRelative(const ComponentValues& sizes) const;
 };
 
-// The sizes that errors are relative to: the largest value of each component on [0, T], and the rounding error of the
-// terms that it is the sum of. Differences within the rounding of a component that is no larger count as 0. w_i may be
-// a small difference of large terms, so its size is the largest sum of the absolute values of its terms.
-struct ComponentSizes {
-  Vector x, x_rounding;
-  Vector By, By_rounding;  // empty if B y is not measured
-  Vector w;                // likewise
-};
+// The largest absolute value of each component of `solution` on [0, T]. y and w are measured only with `y_counts`,
+// which is set if y is a Lipschitz function of x.
+ComponentValues SizesOf(const Problem& problem, const Solution& solution, bool y_counts);
+// The same for a nonlinear problem: x alone.
+ComponentValues SizesOf(const Solution& solution);
 
-// The sizes of the components of `solution`. The rounding of x_i is that of the terms of x_i' over the time that x_i
-// remembers them: T, or 1/|A_ii|. B y and w are measured only with `y_counts`, which is set if y is a Lipschitz
-// function of x. Otherwise w is either N x + g, whose error is that of x, or as undetermined as y.
-ComponentSizes SizesOf(const Problem& problem, const Solution& solution, bool y_counts);
-// The same for a nonlinear problem: x alone, each component relative to its largest value.
-ComponentSizes SizesOf(const Solution& solution);
+// The rounding of the terms that components of these sizes are summed from, over the time that x_i remembers them: T,
+// or 1/|A_ii|. For problems that are not solved with perturbed data; y and w have at least that in others.
+ComponentValues RoundingOfTerms(const Problem& problem, const ComponentValues& sizes);
+ComponentValues RoundingOfTerms(const ComponentValues& sizes);
 
-// The largest differences at the times that both solutions have. Times within `apart` of an inner jump of either one
-// are left out, since the two may be on different sides of it. Memory: a few columns.
-ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const Problem& problem,
-                                   const ComponentSizes& sizes, double apart = 0);
-ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const ComponentSizes& sizes);
+// The largest absolute differences of the components in `measured` at the times that both solutions have. Times within
+// `apart` of an inner jump of either one are left out, since the two may be on different sides of it. Memory: a few
+// columns.
+ComponentValues DifferencesBetween(const Solution& a, const Solution& b, const ComponentValues& measured,
+                                   double apart = 0);
 
 // For the steps in which a pair switches, and for those after them, in which y settles: the largest change of (B y)_i
-// from node to node times the length of the step, or times the memory of x_i where that is shorter. Relative to the
-// sizes of x. Cost: a product with B for each such step.
-ComponentErrors SwitchChanges(const Solution& solution, const Problem& problem, const ComponentSizes& sizes);
+// from node to node times the length of the step, or times the memory of x_i where that is shorter. Of the states
+// alone; the others are those of `sizes`, as zeros. Cost: a product with B for each such step.
+ComponentValues SwitchChanges(const Solution& solution, const Problem& problem, const ComponentValues& sizes);
 
-// Each difference relative to its size. If the size is no more than rounding: 0 if the difference is no more either,
-// else 1, since the component may be as large as the difference.
-Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding);
+// What is left of the differences of two solves beyond the rounding of both.
+ComponentValues Beyond(const ComponentValues& differences, const ComponentValues& rounding);
+
+// The errors of a trajectory of these sizes. A component is itself off by its error, so an error e is e (1 + e/own) of
+// the true size.
+TrajectoryErrors ErrorsOf(const ComponentValues& sizes, const ComponentValues& truncation,
+                          const ComponentValues& rounding);
+// Raises the truncation of every component to this part of its size.
+void RaiseTruncation(double part, TrajectoryErrors& errors);
+
+// Raises the errors of y and w to what those of x make of them in the active sets at the nodes of `solution`, for y a
+// function of x: where y depends much on x for a short time, no node that several grids have may show it. Of at most
+// kMostSets sets, in the order of time, of dense problems. Cost: a factorization for each set.
+inline constexpr int kMostSets = 64;
+void RaiseToEffectOfStates(const Problem& problem, const Solution& solution, TrajectoryErrors& errors);
 
 // The largest difference of a row, relative to its largest value in `fine`. NaN where a number is not finite.
 double RelativeDifference(const Matrix& coarse, const Matrix& fine);

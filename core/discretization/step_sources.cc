@@ -20,6 +20,12 @@ constexpr double kCheckPosition = 0.1305;
 // The rounding error of an interpolant, relative to its largest value; a smaller difference is no interpolation error.
 constexpr double kSourceRounding = 32 * std::numeric_limits<double>::epsilon();
 
+// What is left of each value beyond `noise`, towards zero.
+Vector Beyond(const Vector& values, const Vector& noise) {
+  return values.binaryExpr(
+      noise, [](double value, double of_noise) { return std::copysign(NanMax(0, std::abs(value) - of_noise), value); });
+}
+
 void AddSampleTimes(const TimeFunction& function, double horizon, std::vector<double>& times) {
   for (std::size_t k = 0; k < function.pieces.size(); ++k) {
     const auto* samples = std::get_if<SampledFunction>(&function.pieces[k].function);
@@ -49,7 +55,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   // t is rounded, and moves the value of a source by that times its slope.
   const double time_rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(end));
   const auto sample = [&](Index size, bool is_steady, const auto& evaluate, const auto& rounding_at,
-                          LegendreSeries& series, Vector& largest, Vector& noise, Vector& at_check, Vector& error) {
+                          LegendreSeries& series, Vector& largest, Vector& noise, Vector& at_check, Vector& missed) {
     at_check.resize(size);
     evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
     rounding_.resize(size);
@@ -60,7 +66,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
       largest = at_check.cwiseAbs();
       rounding_at(begin + length / 2, rounding_);
       noise = kSourceRounding * largest + rounding_;
-      error.setZero(size);
+      missed.setZero(size);
       return at_check.allFinite() && noise.allFinite();
     }
     values_.resize(size, kLegendreSize);
@@ -79,9 +85,9 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
       noise = noise.cwiseMax(rounding_);
     }
     noise = kSourceRounding * largest + noise.cwiseMax(2 * time_rounding * slope_.cwiseAbs().rowwise().sum());
-    error = (ValueOf(series, at_check_position) - at_check).cwiseAbs() - noise;
-    const bool finite = error.allFinite();
-    error = error.cwiseMax(0);
+    missed = at_check - ValueOf(series, at_check_position);
+    const bool finite = missed.allFinite() && noise.allFinite();
+    missed = Beyond(missed, noise);
     return finite;
   };
   using Value = Eigen::Ref<Vector>;
@@ -90,11 +96,11 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   const bool f_finite = sample(
       sources_.num_states(), step.f_is_steady, [&](double t, Side side, Value value) { F(t, side, value); },
       [&](double t, Value bound) { sources_.RoundingOfF(t, bound); }, step.f, step.f_size, step.f_noise,
-      step.f_at_check, step.f_error);
+      step.f_at_check, step.f_missed);
   const bool g_finite = sample(
       sources_.num_constraints(), step.g_is_steady, [&](double t, Side side, Value value) { G(t, side, value); },
       [&](double t, Value bound) { sources_.RoundingOfG(t, bound); }, step.g, step.g_size, step.g_noise,
-      step.g_at_check, step.g_error);
+      step.g_at_check, step.g_missed);
   step.finite = f_finite && g_finite;
   evaluations_ += kLegendreSize + 1;
 }
@@ -139,11 +145,11 @@ bool SourceSampler::Probe(StepSources& step) {
   const double end = step.begin + step.length;
   bool raised = false;
   const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& true_value,
-                        const Vector& noise, Vector& error) {
-    for (Index i = 0; i < error.size(); ++i) {
-      const double missed = std::abs(series.row(i).dot(at) - true_value[i]) - noise[i];
-      if (missed <= error[i]) continue;
-      error[i] = missed;  // a NaN, too
+                        const Vector& noise, Vector& missed) {
+    const Vector here = Beyond(true_value - series * at, noise);
+    for (Index i = 0; i < missed.size(); ++i) {
+      if (std::abs(here[i]) <= std::abs(missed[i])) continue;
+      missed[i] = here[i];  // a NaN, too
       raised = true;
     }
     step.finite = step.finite && true_value.allFinite();
@@ -153,9 +159,9 @@ bool SourceSampler::Probe(StepSources& step) {
   for (auto t = std::upper_bound(probes_.begin(), probes_.end(), step.begin); t != probes_.end() && *t < end; ++t) {
     const LegendreVector at = LegendreValues(2 * (*t - step.begin) / step.length - 1);
     F(*t, Side::kLeft, true_f_);
-    look(step.f, at, true_f_, step.f_noise, step.f_error);
+    look(step.f, at, true_f_, step.f_noise, step.f_missed);
     G(*t, Side::kLeft, true_g_);
-    look(step.g, at, true_g_, step.g_noise, step.g_error);
+    look(step.g, at, true_g_, step.g_noise, step.g_missed);
     ++evaluations_;
   }
   return raised;
@@ -167,15 +173,15 @@ std::optional<double> SourceSampler::FindKink(const StepSources& step) {
   constexpr double kDecays = 1.0 / 256;
   if (!step.finite) return std::nullopt;
   const auto roughness_of = [&step](const StepSources& part) {
-    const auto largest = [](const LegendreSeries& series, const Vector& error, const Vector& size) {
-      const Vector tail = EstimateTail(series) + error;
+    const auto largest = [](const LegendreSeries& series, const Vector& missed, const Vector& size) {
+      const Vector tail = EstimateTail(series) + missed.cwiseAbs();
       double ratio = 0;
       for (Index i = 0; i < tail.size(); ++i) {
         if (size[i] > 0) ratio = NanMax(ratio, tail[i] / size[i]);
       }
       return ratio;
     };
-    return NanMax(largest(part.f, part.f_error, step.f_size), largest(part.g, part.g_error, step.g_size));
+    return NanMax(largest(part.f, part.f_missed, step.f_size), largest(part.g, part.g_missed, step.g_size));
   };
   double whole = roughness_of(step);
   if (whole <= kSmooth) return std::nullopt;
@@ -231,6 +237,20 @@ double SourceSampler::WhereTheyMeet(double begin, double from, double to, double
   look(left.f, right.f, left.f_size.cwiseMax(right.f_size));
   look(left.g, right.g, left.g_size.cwiseMax(right.g_size));
   return from + part * (to - from);
+}
+
+void SourceSampler::TermsOfF(double t, Eigen::Ref<Vector> terms) {
+  sources_.RoundingOfF(t, terms);
+  Vector value(terms.size());
+  F(t, Side::kLeft, value);
+  terms = value.cwiseAbs() + terms / std::numeric_limits<double>::epsilon();
+}
+
+void SourceSampler::TermsOfG(double t, Eigen::Ref<Vector> terms) {
+  sources_.RoundingOfG(t, terms);
+  Vector value(terms.size());
+  G(t, Side::kLeft, value);
+  terms = value.cwiseAbs() + terms / std::numeric_limits<double>::epsilon();
 }
 
 bool SourceSampler::GJumps(double time, const Vector& allowed) {

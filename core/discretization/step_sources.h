@@ -15,8 +15,8 @@
 
 namespace dlcs {
 
-// f and g on a step from `begin`, interpolated at the nodes, and the interpolation error at one more time, where a
-// source that vanishes at the nodes is noticed.
+// f and g on a step from `begin`, interpolated at the nodes, and what that misses at one more time, where a source that
+// vanishes at the nodes is noticed.
 struct StepSources {
   double begin = 0;
   double length = 0;
@@ -25,7 +25,7 @@ struct StepSources {
   bool f_is_steady = false, g_is_steady = false;  // known to be constant: the first coefficient is all there is
   double check_s = 0;                             // the position of that time, in (-1, 1)
   Vector f_at_check, g_at_check;                  // the true values there
-  Vector f_error, g_error;                        // |polynomial - true value| there, beyond rounding
+  Vector f_missed, g_missed;                      // true value - polynomial there, beyond rounding
   Vector f_size, g_size;                          // max |f_i|, |g_i| over the nodes
   Vector f_noise, g_noise;                        // bounds of the rounding errors of values and of their times
   bool finite = false;                            // all of these are, and every value
@@ -56,6 +56,10 @@ class SourceSampler {
   // < 0.3) has both its limits at a break point 0.3.
   void F(double t, Side side, Eigen::Ref<Vector> value) { sources_.F(Beside(t, side), side, value); }
   void G(double t, Side side, Eigen::Ref<Vector> value) { sources_.G(Beside(t, side), side, value); }
+
+  // The sizes of the terms that f and g are summed from at `t`: what their rounding is an ulp of, so at least |f_i|.
+  void TermsOfF(double t, Eigen::Ref<Vector> terms);
+  void TermsOfG(double t, Eigen::Ref<Vector> terms);
 
   // Whether some g_i jumps at `time` by more than `allowed` of it and than what the rounding of `time` makes of it,
   // which is much where g is steep.

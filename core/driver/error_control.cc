@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/context/sizes.h"
 #include "core/discretization/graded_grid.h"
 #include "core/discretization/scheme.h"
 #include "core/discretization/sources.h"
@@ -16,6 +17,7 @@
 #include "core/driver/source_resolution.h"
 #include "core/driver/step_comparison.h"
 #include "core/event_driven/event_driven.h"
+#include "core/event_driven/mode_sizes.h"
 #include "core/event_driven/rounded_data.h"
 #include "core/linalg/norms.h"
 #include "core/stepping/iterative_step.h"
@@ -109,22 +111,24 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
       .break_points = BreakPoints(task.problem),
       .expected_order = ExpectedOrder(task),
       .event_driven_serves = !impacts,
-      .trials = {.solve = [&task, &observer](const Grid& grid) { return SolveOnGrid(task, grid, observer); },
-                 .compare =
-                     [&task, y_counts, impacts, lags](const Solution& coarse, const Solution& fine) {
-                       const ComponentSizes sizes = SizesOf(task.problem, fine, y_counts);
-                       ComponentErrors errors =
-                           DifferencesBetween(coarse, fine, task.problem, sizes, impacts ? coarse.step : 0);
-                       if (lags && coarse.step != fine.step)
-                         errors.x += Relative(LagBehind(task.problem, fine), sizes.x, sizes.x_rounding);
-                       return errors;
-                     },
-                 .unresolved = UnresolvedSourcesOf(task.problem),
-                 .fits = {}}};
+      .trials = {
+          .solve = [&task, &observer](const Grid& grid) { return SolveOnGrid(task, grid, observer); },
+          .sizes = [&task, y_counts](const Solution& solution) { return SizesOf(task.problem, solution, y_counts); },
+          .rounding_of_terms = [&task](const ComponentValues& sizes) { return RoundingOfTerms(task.problem, sizes); },
+          .compare =
+              [&task, impacts, lags](const Solution& coarse, const Solution& fine, const ComponentValues& sizes) {
+                ComponentValues differences = DifferencesBetween(coarse, fine, sizes, impacts ? coarse.step : 0);
+                if (lags && coarse.step != fine.step) differences.x += LagBehind(task.problem, fine);
+                return differences;
+              },
+          .follow_states = [&task](const Solution& solution,
+                                   TrajectoryErrors& errors) { RaiseToEffectOfStates(task.problem, solution, errors); },
+          .unresolved = UnresolvedSourcesOf(task.problem),
+          .fits = {}}};
   // In a sparse A a state forgets in less time than its diagonal entry says, so this would be far too large.
   if (task.problem.A.is_dense()) {
-    system.trials.at_switches = [&task, y_counts](const Solution& solution) {
-      return SwitchChanges(solution, task.problem, SizesOf(task.problem, solution, y_counts));
+    system.trials.at_switches = [&task](const Solution& solution, const ComponentValues& sizes) {
+      return SwitchChanges(solution, task.problem, sizes);
     };
   }
   // Other forms of A have set-ups of their own, too dear for this.
@@ -148,6 +152,11 @@ Grid GradedForLayers(const Problem& problem, const Grid& grid) {
   absl::StatusOr<Sources> sources = Sources::Create(problem);
   if (!sources.ok()) return grid;
   return GradeBehind(grid, LayerTimes(problem, *sources), FastestStep(problem), 2 * grid.num_steps());
+}
+
+void Judge(const Task& task, Solution& solution) {
+  JudgeComponents(
+      task.options, [&] { return SizesBesideOf(task.problem, task.plan.selection, solution); }, solution.accuracy);
 }
 
 // Steps as short as options.error_tolerance requires; the nodes of a given grid are output times only.
@@ -182,11 +191,10 @@ absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
   if (!result.ok()) return result.status();
   Solution& solution = result->solution;
   if (solution.contour && solution.contour->nodes > 0) {
-    Accuracy& accuracy = solution.accuracy;
-    accuracy.error = NanMax(accuracy.error, std::pow(10, solution.contour->log10_error));
-    result->reached = result->reached && accuracy.error <= accuracy.tolerance;
+    RaiseTruncation(std::pow(10, solution.contour->log10_error), solution.accuracy.errors);
   }
-  ConcludeTrials(system, *result, task.error_by_default, solution);
+  ConcludeTrials(system, *result, task.options, task.error_by_default, solution);
+  Judge(task, solution);
   if (task.options.output_times_only || task.options.has_grid()) KeepTimes(wanted, solution);
   return std::move(solution);
 }
@@ -245,11 +253,16 @@ absl::Status EstimateError(Task& task, Solution& solution) {
   task.leaves_checkpoints = left_checkpoints;
   if (solution.propagator.used == PropagatorKind::kIterativeStepping) {
     const Index steps = grid.num_steps();
-    solution.accuracy.error += static_cast<double>(steps) * IterativeStep::ToleranceFor(task.options, steps);
+    const double in_sum = static_cast<double>(steps) * IterativeStep::ToleranceFor(task.options, steps);
+    for (const ComponentKind kind : kComponentKinds) {
+      ErrorsByCause& errors = solution.accuracy.errors.of(kind);
+      errors.truncation += in_sum * errors.own;
+    }
   }
   if (solution.contour && solution.contour->nodes > 0) {  // which all of them have in common
-    solution.accuracy.error = NanMax(solution.accuracy.error, std::pow(10, solution.contour->log10_error));
+    RaiseTruncation(std::pow(10, solution.contour->log10_error), solution.accuracy.errors);
   }
+  if (solution.accuracy.source != AccuracySource::kNotEstimated) Judge(task, solution);
   // The times of all solves count.
   Cost& cost = solution.cost;
   cost.seconds_setup = cost.seconds_lcp = cost.seconds_linear = cost.seconds_certificate = 0;

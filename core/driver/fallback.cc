@@ -33,12 +33,12 @@ bool MissedByEvents(const Task& task, const Solution& solution) {
   const bool reached = solution.termination == Termination::kReachedEnd;
   if (!reached && solution.termination != Termination::kIterationLimit) return false;
   if (!reached && !std::isnan(solution.failure_time)) return true;
-  if (!JudgeSolution(solution).success && solution.accuracy.error <= task.options.error_tolerance) return true;
-  return solution.cost.coupled_steps > 0 && !(solution.accuracy.error <= task.options.error_tolerance);
+  const bool is_accurate = solution.accuracy.error <= task.options.error_tolerance;
+  return is_accurate ? !JudgeSolution(solution).success : solution.cost.coupled_steps > 0;
 }
 
 // If both reached T, the one with the smaller error is better. A solution up to a time before T is better than one up
-// to T that is not usable.
+// to T that is not accurate.
 bool IsBetter(const Solution& second, const Solution& first) {
   if (second.termination != Termination::kReachedEnd) return false;
   const bool second_is_usable = JudgeSolution(second).success;
@@ -53,8 +53,9 @@ bool Contradict(const Problem& problem, const Solution& by_events, const Solutio
   constexpr double kMargin = 3;  // of estimates
   const double estimates = by_events.accuracy.error + stepped.accuracy.error;
   if (!std::isfinite(estimates)) return false;
-  const ComponentSizes sizes = SizesOf(problem, by_events, /*y_counts=*/false);
-  return DifferencesBetween(by_events, stepped, problem, sizes, stepped.step).largest() > kMargin * estimates;
+  const ComponentValues sizes = SizesOf(problem, by_events, /*y_counts=*/false);
+  const ComponentValues differences = DifferencesBetween(by_events, stepped, sizes, stepped.step);
+  return Beyond(differences, RoundingOfTerms(problem, sizes)).LargestRelative(sizes) > kMargin * estimates;
 }
 
 // Solves by the method that is chosen with `choose_by`, after `first`; returns `first` if no other method applies.

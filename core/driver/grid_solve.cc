@@ -98,6 +98,8 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   task.lost_least_element = context.lost_least_element;
   context.recorder.Finish();
   solution.certificate = context.certificate.certificate();
+  const CertificateRows& rows = context.certificate.rows();
+  solution.largest = {rows.x_largest, rows.y_largest, rows.w_largest};
   // Impacts are jumps of x inside steps, and the integral of A x + B y + f does not contain them.
   if (task.plan.method.inelastic_impact) {
     solution.certificate.drift_of_rows = std::numeric_limits<double>::quiet_NaN();

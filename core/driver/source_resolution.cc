@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "core/context/component_errors.h"
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/weyl_sequence.h"
@@ -82,9 +83,7 @@ double UnresolvedSources(const Grid& grid, const Solution& solution, const Sourc
 void CountUnresolved(double unresolved, Solution& solution) {
   constexpr double kSmallEnough = 1e-3;
   if (!(unresolved > kSmallEnough)) return;
-  const bool is_larger = !(solution.accuracy.error > unresolved);
-  solution.accuracy.error = NanMax(solution.accuracy.error, unresolved);
-  if (!is_larger) return;
+  RaiseTruncation(unresolved, solution.accuracy.errors);
   solution.warnings.push_back("Inside the steps f or g differs by " + FormatNumber(unresolved) +
                               " of its size from what the steps see of it: take shorter steps, or set a tolerance.");
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/context/sizes.h"
 #include "core/driver/grid_solve.h"
 #include "core/driver/source_resolution.h"
 #include "core/format_number.h"
@@ -27,29 +28,34 @@ std::string NoComparison(const std::string& with, const Solution& other) {
 
 bool Reached(const Solution& solution) { return solution.termination == Termination::kReachedEnd; }
 
-void SetCompared(ComponentErrors errors, std::string note, Accuracy& accuracy) {
+void SetCompared(TrajectoryErrors errors, std::string note, Accuracy& accuracy) {
   accuracy.source = AccuracySource::kCompared;
-  errors.MoveTo(accuracy);
+  accuracy.errors = std::move(errors);
   accuracy.note = std::move(note);
 }
 
-// Solves with data that are rounded differently, so that the comparison also shows the effect of rounding. If that is
-// not possible, solves with the data as they are.
-absl::StatusOr<Solution> SolveRounded(const TrialSolves& trials, const Grid& grid, double ulps) {
+// What changes in the last digits of the data make of the solution on `grid`, beside `exact`. If that cannot be known,
+// the rounding of its terms.
+absl::StatusOr<ComponentValues> RoundingOf(const TrialSolves& trials, const Grid& grid, const Solution& exact,
+                                           const ComponentValues& sizes) {
   if (trials.solve_rounded) {
-    absl::StatusOr<Solution> rounded = trials.solve_rounded(grid, ulps);
-    if (!rounded.ok() || Reached(*rounded)) return rounded;
+    const absl::StatusOr<Solution> rounded = trials.solve_rounded(grid, kRoundedUlps);
+    if (!rounded.ok()) return rounded.status();
+    if (Reached(*rounded)) {
+      return WithRoundingOfRows(trials.compare(*rounded, exact, sizes), trials.rounding_of_terms(sizes));
+    }
   }
-  return trials.solve(grid);
+  return trials.rounding_of_terms(sizes);
 }
 
 // Raises `errors` to what a switch inside a step may leave behind. A method with fixed steps moves it to a node, and
 // grids that place it alike do not show that. If y jumps, x may be off by the jump of B y times the step h; if y has a
 // kink, B y is off by h/8 times the change of its slope at most. `other` has steps of h / `ratio`.
-void CountSwitches(const SystemSolves& system, double ratio, const Solution& other, ComponentErrors& errors) {
+void CountSwitches(const SystemSolves& system, double ratio, const Solution& other, const ComponentValues& sizes,
+                   ComponentValues& errors) {
   if (!system.trials.at_switches) return;
   const bool only_kinks = system.expected_order > 1;
-  errors.RaiseTo(system.trials.at_switches(other), only_kinks ? ratio * ratio / 8 : ratio);
+  errors.RaiseTo(system.trials.at_switches(other, sizes), only_kinks ? ratio * ratio / 8 : ratio);
 }
 
 // Estimates the error by solves with twice and four times the step. Returns false, with the reason in the accuracy, if
@@ -65,18 +71,28 @@ absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& 
     solution.accuracy.note = NoComparison("twice the step", *longer);
     return false;
   }
-  absl::StatusOr<Solution> longest = SolveRounded(system.trials, four_times, kRoundedUlpsOfCoarsest);
+  absl::StatusOr<Solution> longest = system.trials.solve(four_times);
   if (!longest.ok()) return longest.status();
+  const TrialSolves& trials = system.trials;
+  const ComponentValues sizes = trials.sizes(solution);
+  const absl::StatusOr<ComponentValues> rounding =
+      Reached(*longest) ? RoundingOf(trials, four_times, *longest, sizes) : RoundingOf(trials, twice, *longer, sizes);
+  if (!rounding.ok()) return rounding.status();
   Convergence convergence(system.expected_order);
+  const auto add = [&](const Solution& coarse, const Solution& fine) {
+    ComponentValues differences = Beyond(trials.compare(coarse, fine, sizes), *rounding);
+    const double relative = differences.LargestRelative(sizes);
+    convergence.Add(std::move(differences), relative);
+  };
   std::string note = "Compared with " + StepsText(twice.num_steps());
   if (Reached(*longest)) {
-    convergence.Add(system.trials.compare(*longest, *longer));
+    add(*longest, *longer);
     note += " and " + StepsText(four_times.num_steps());
   }
-  convergence.Add(system.trials.compare(*longer, solution));
-  ComponentErrors errors = convergence.errors(kSafetyOfComparison);
-  CountSwitches(system, 0.5, *longer, errors);
-  SetCompared(std::move(errors), note + ".", solution.accuracy);
+  add(*longer, solution);
+  ComponentValues errors = convergence.errors(kSafetyOfComparison);
+  CountSwitches(system, 0.5, *longer, sizes, errors);
+  SetCompared(ErrorsOf(sizes, errors, *rounding), note + ".", solution.accuracy);
   return true;
 }
 
@@ -84,29 +100,35 @@ absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& 
 // possible.
 absl::Status CompareWithFiner(const SystemSolves& system, const Grid& grid, Solution& solution) {
   constexpr Index kFewSteps = 64;
+  const TrialSolves& trials = system.trials;
   const Grid half = Halve(grid);
-  absl::StatusOr<Solution> shorter = SolveRounded(system.trials, half, kRoundedUlps);
+  absl::StatusOr<Solution> shorter = trials.solve(half);
   if (!shorter.ok()) return shorter.status();
   if (!Reached(*shorter)) {
     solution.accuracy.note = NoComparison("half the step", *shorter);
     return absl::OkStatus();
   }
-  ComponentErrors errors = system.trials.compare(solution, *shorter);
+  const ComponentValues sizes = trials.sizes(solution);
+  const absl::StatusOr<ComponentValues> rounding = RoundingOf(trials, grid, solution, sizes);
+  if (!rounding.ok()) return rounding.status();
+  ComponentValues errors = Beyond(trials.compare(solution, *shorter, sizes), *rounding);
   Convergence convergence(system.expected_order);
-  convergence.Add(errors);
+  convergence.Add(errors, errors.LargestRelative(sizes));
   std::string note = "Compared with " + StepsText(half.num_steps());
   if (grid.num_steps() < kFewSteps) {
     const Grid quarter = Halve(half);
-    absl::StatusOr<Solution> shortest = system.trials.solve(quarter);
+    absl::StatusOr<Solution> shortest = trials.solve(quarter);
     if (!shortest.ok()) return shortest.status();
     if (Reached(*shortest)) {
-      convergence.Add(system.trials.compare(*shorter, *shortest));
+      ComponentValues differences = Beyond(trials.compare(*shorter, *shortest, sizes), *rounding);
+      const double relative = differences.LargestRelative(sizes);
+      convergence.Add(std::move(differences), relative);
       note += " and " + StepsText(quarter.num_steps());
     }
   }
   errors += convergence.errors(kSafetyOfComparison);
-  CountSwitches(system, 2, *shorter, errors);
-  SetCompared(std::move(errors), note + ".", solution.accuracy);
+  CountSwitches(system, 2, *shorter, sizes, errors);
+  SetCompared(ErrorsOf(sizes, errors, *rounding), note + ".", solution.accuracy);
   return absl::OkStatus();
 }
 
@@ -121,7 +143,7 @@ absl::StatusOr<ControlledSolution> TrySteps(const SystemSolves& system, Options 
   if (system.grade) grid = system.grade(grid);
   grid.output_nodes.resize(grid.times.size());  // trials are compared at all of them
   std::iota(grid.output_nodes.begin(), grid.output_nodes.end(), Index{0});
-  const StepControl control{.tolerance = options.error_tolerance,
+  const StepControl control{.options = options,
                             .expected_order = system.expected_order,
                             .most_steps = most_steps,
                             .most_steps_all = by_default ? system.most_default_steps : 0,
@@ -130,7 +152,8 @@ absl::StatusOr<ControlledSolution> TrySteps(const SystemSolves& system, Options 
   return SolveToTolerance(control, std::move(grid), system.trials);
 }
 
-void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result, bool by_default, Solution& solution) {
+void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result, const Options& options,
+                    bool by_default, Solution& solution) {
   if (!Reached(solution)) return;
   Accuracy& accuracy = solution.accuracy;
   accuracy.tolerance_is_default = by_default;
@@ -140,25 +163,16 @@ void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result
   solution.message = "Reached T = " + FormatNumber(system.horizon) + " in " + steps + ".";
   if (result.reached) return;
   // Grids that agree have not shown that they converge.
-  if (accuracy.error <= accuracy.tolerance) accuracy.error = std::nextafter(2 * accuracy.tolerance, 1);
-  if (result.rounding > accuracy.tolerance) {
-    solution.message += " Changes in the last digits of the data move the solution by " +
-                        FormatNumber(result.rounding) + " of its size, more than the error of " +
-                        FormatNumber(accuracy.tolerance) + " that the tolerance allows: shorter steps do not help.";
-    if (!by_default) solution.termination = Termination::kIterationLimit;
-    return;
+  if (ExcessOfTruncation(accuracy.errors, options, accuracy.tolerance) <= 1) {
+    RaiseTruncation(2 * accuracy.tolerance, accuracy.errors);
   }
-  if (by_default) {
-    solution.message += " The work allowed by default ended before the error of " + FormatNumber(accuracy.tolerance) +
-                        " was reached: set a tolerance or steps.";
-    return;
-  }
-  solution.termination = Termination::kIterationLimit;
-  solution.message =
-      "An error of " + FormatNumber(accuracy.tolerance) + " needs more steps than are allowed: the trajectory is " +
-      "that of " + steps + ", whose error is estimated as " + FormatNumber(accuracy.error) +
-      " of the size of x (observed order " + FormatNumber(std::round(10 * result.order) / 10) + "). " +
-      (system.event_driven_serves ? "Use event-driven, or allow a larger error." : "Allow a larger error.");
+  solution.message += by_default ? " The work allowed by default ended before the tolerance " +
+                                       FormatNumber(accuracy.tolerance) + " was reached: set a tolerance or steps."
+                                 : " The tolerance " + FormatNumber(accuracy.tolerance) +
+                                       " needs more steps than are allowed (observed order " +
+                                       FormatNumber(std::round(10 * result.order) / 10) + "). " +
+                                       (system.event_driven_serves ? "Use event-driven, or allow a larger error."
+                                                                   : "Allow a larger error.");
 }
 
 absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution) {
@@ -174,6 +188,7 @@ absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution
       if (absl::Status status = CompareWithFiner(system, grid, solution); !status.ok()) return status;
     }
     if (solution.accuracy.source == AccuracySource::kCompared) {
+      system.trials.follow_states(solution, solution.accuracy.errors);
       CountUnresolved(system.trials.unresolved(grid, solution), solution);
     }
     return absl::OkStatus();

@@ -37,10 +37,9 @@ struct SystemSolves {
 // of those fails or their differences show no order.
 absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution);
 
-// Sets the final termination and message of `solution` after the trials. If the tolerance was the default one
-// (`by_default`) and was missed, the solution still counts as reached, with its larger error. A tolerance set by the
-// caller that was missed makes the solve fail.
-void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result, bool by_default, Solution& solution);
+// Sets note and message of `solution` after the trials. `by_default`: the tolerance was the default one.
+void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result, const Options& options,
+                    bool by_default, Solution& solution);
 
 // Runs trials with more and more steps until the error is below options.error_tolerance. `by_default`: the tolerance is
 // the default one, and the work is bounded.

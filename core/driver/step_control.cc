@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
 
+#include "core/context/sizes.h"
 #include "core/driver/source_resolution.h"
 #include "core/linalg/norms.h"
 
@@ -54,8 +56,11 @@ bool AgreesByChance(double difference, const Solution& fine, double tolerance) {
 }
 
 // Whether the steps in which pairs switch change x by so much that agreeing on their place is no proof.
-bool MayPlaceSwitchesAlike(const TrialSolves& trials, const Solution& fine, double tolerance) {
-  return trials.at_switches && trials.at_switches(fine).largest() > tolerance;
+bool MayPlaceSwitchesAlike(const TrialSolves& trials, const Solution& fine, const Options& options) {
+  if (!trials.at_switches) return false;
+  const ComponentValues sizes = trials.sizes(fine), rounding = trials.rounding_of_terms(sizes);
+  const ComponentValues changes = Beyond(trials.at_switches(fine, sizes), rounding);
+  return ExcessOfTruncation(ErrorsOf(sizes, changes, rounding), options, options.error_tolerance) > 1;
 }
 
 // Whether the bounds of `control` leave a place for `grid`.
@@ -66,6 +71,16 @@ bool IsAllowed(const StepControl& control, const TrialSolves& trials, const Grid
   return !trials.fits || trials.fits(grid);
 }
 
+}  // namespace
+
+ComponentValues WithRoundingOfRows(ComponentValues of_data, const ComponentValues& of_terms) {
+  of_data.y = of_data.y.cwiseMax(of_terms.y);
+  of_data.w = of_data.w.cwiseMax(of_terms.w);
+  return of_data;
+}
+
+namespace {
+
 // A sequence of trials.
 class Trials {
  public:
@@ -73,7 +88,6 @@ class Trials {
       : control_(control), solves_(solves), convergence_(control.expected_order) {}
 
   const Convergence& convergence() const { return convergence_; }
-  double rounding() const { return rounding_ ? rounding_->largest() : 0; }
 
   // A failed trial gives no information, and neither do the trials before it.
   void StartAnew() {
@@ -81,79 +95,101 @@ class Trials {
     convergence_ = Convergence(control_.expected_order);
   }
 
-  absl::Status Compare(Solution& fine) {
-    if (coarse_) convergence_.Add(solves_.compare(*coarse_, fine));
-    if (absl::Status status = LookAtRounding(); !status.ok()) return status;
+  absl::Status Compare(const Grid& grid, Solution& fine) {
+    const ComponentValues sizes = solves_.sizes(fine);
+    if (absl::Status status = LookAtRounding(grid, fine, sizes); !status.ok()) return status;
+    if (coarse_) {
+      ComponentValues differences = Beyond(solves_.compare(*coarse_, fine, sizes), rounding_);
+      const double relative = differences.LargestRelative(sizes);
+      convergence_.Add(std::move(differences), relative);
+    }
     Accuracy& accuracy = fine.accuracy;
     accuracy.source = AccuracySource::kControlled;
-    accuracy.tolerance = control_.tolerance;
+    accuracy.tolerance = control_.options.error_tolerance;
     if (convergence_.empty()) return absl::OkStatus();
-    ComponentErrors errors = convergence_.errors(kSafety);
-    if (rounding_) errors += *rounding_;
-    errors.MoveTo(accuracy);
+    accuracy.errors = ErrorsOf(sizes, convergence_.errors(kSafety), rounding_);
+    solves_.follow_states(fine, accuracy.errors);
     return absl::OkStatus();
   }
 
   // Raises the error of `fine` to what a solve with steps three times as long shows.
   void CountCheck(const Solution& check, Solution& fine) const {
     if (check.termination != Termination::kReachedEnd) return;
-    ComponentErrors errors = solves_.compare(check, fine);
-    errors *= kSafety / (std::pow(3, convergence_.order()) - 1);
-    if (!(errors.largest() <= fine.accuracy.error)) errors.MoveTo(fine.accuracy);
+    const ComponentValues sizes = solves_.sizes(fine);
+    ComponentValues differences = Beyond(solves_.compare(check, fine, sizes), rounding_);
+    differences *= kSafety / (std::pow(3, convergence_.order()) - 1);
+    const TrajectoryErrors errors = ErrorsOf(sizes, differences, rounding_);
+    for (const ComponentKind kind : kComponentKinds) {
+      Vector& truncation = fine.accuracy.errors.of(kind).truncation;
+      truncation = NanMax(truncation, errors.of(kind).truncation);
+    }
   }
 
-  void Remember(Solution fine, const Grid& grid) {
-    coarse_ = std::move(fine);
-    grid_ = grid;
-  }
+  void Remember(Solution fine) { coarse_ = std::move(fine); }
 
  private:
-  absl::Status LookAtRounding() {
+  // At the first trial, so that what is rounding is known from the start, and at the first one that is accurate.
+  absl::Status LookAtRounding(const Grid& grid, const Solution& fine, const ComponentValues& sizes) {
     constexpr double kResolved = 1e-3;
-    if (rounding_ || !solves_.solve_rounded || convergence_.empty()) return absl::OkStatus();
-    if (!(convergence_.errors().largest() <= std::max(control_.tolerance, kResolved))) return absl::OkStatus();
-    const absl::StatusOr<Solution> rounded = solves_.solve_rounded(grid_, kRoundedUlps);
+    const bool is_first = rounding_.x.size() == 0;
+    if (is_first) rounding_ = solves_.rounding_of_terms(sizes);
+    const bool is_accurate = !convergence_.empty() && convergence_.relative_error() <= kResolved;
+    if (!solves_.solve_rounded || looked_when_accurate_ || !(is_first || is_accurate)) return absl::OkStatus();
+    looked_when_accurate_ = is_accurate;
+    const absl::StatusOr<Solution> rounded = solves_.solve_rounded(grid, kRoundedUlps);
     if (!rounded.ok()) return rounded.status();
-    if (rounded->termination == Termination::kReachedEnd) rounding_ = solves_.compare(*rounded, *coarse_);
+    if (rounded->termination == Termination::kReachedEnd) {
+      rounding_ = WithRoundingOfRows(solves_.compare(*rounded, fine, sizes), solves_.rounding_of_terms(sizes));
+    }
     return absl::OkStatus();
   }
 
   const StepControl& control_;
   const TrialSolves& solves_;
   Convergence convergence_;
-  std::optional<ComponentErrors> rounding_;
-  std::optional<Solution> coarse_;  // the trial before, on grid_
-  Grid grid_;
+  ComponentValues rounding_;
+  bool looked_when_accurate_ = false;
+  std::optional<Solution> coarse_;  // the trial before
 };
 
 }  // namespace
 
-void Convergence::Add(ComponentErrors differences) {
+void Convergence::Add(ComponentValues differences, double relative) {
   constexpr std::size_t kRemembered = 3;
   if (differences_.size() == kRemembered) differences_.erase(differences_.begin());
-  differences_.push_back(std::move(differences));
+  differences_.push_back({std::move(differences), relative});
 }
 
 double Convergence::order() const {
   double order = expected_;
   for (std::size_t k = 1; k < differences_.size(); ++k) {
-    const double before = differences_[k - 1].largest(), after = differences_[k].largest();
+    const double before = differences_[k - 1].relative, after = differences_[k].relative;
     if (!(before > 0 && after > 0)) return std::min(1.0, expected_);
     order = std::min(order, std::log2(before / after));
   }
   return differences_.size() < 2 ? std::min(1.0, expected_) : std::max(0.5, order);
 }
 
-ComponentErrors Convergence::errors(double safety) const {
+ComponentValues Convergence::errors(double safety) const {
   const double rate = std::exp2(order());
-  ComponentErrors errors = differences_.back();
+  ComponentValues errors = differences_.back().of_components;
   double power = 1;
   for (auto before = differences_.rbegin() + 1; before != differences_.rend(); ++before) {
     power *= rate;
-    errors.RaiseTo(*before, 1 / power);
+    errors.RaiseTo(before->of_components, 1 / power);
   }
   errors *= safety / (rate - 1);
   return errors;
+}
+
+double Convergence::relative_error(double safety) const {
+  const double rate = std::exp2(order());
+  double error = 0, power = 1;
+  for (auto difference = differences_.rbegin(); difference != differences_.rend(); ++difference) {
+    error = NanMax(error, difference->relative / power);
+    power *= rate;
+  }
+  return error * safety / (rate - 1);
 }
 
 absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, Grid grid, const TrialSolves& trials) {
@@ -175,30 +211,30 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, 
       so_far.StartAnew();
       if (!IsAllowed(control, trials, grid, steps_so_far)) return result;
     } else {
-      if (absl::Status status = so_far.Compare(result.solution); !status.ok()) return status;
-      CountUnresolved(trials.unresolved(grid, result.solution), result.solution);
-      double error = result.solution.accuracy.error;
-      result.rounding = so_far.rounding();
+      Solution& solution = result.solution;
+      if (absl::Status status = so_far.Compare(grid, solution); !status.ok()) return status;
+      CountUnresolved(trials.unresolved(grid, solution), solution);
+      const double tolerance = control.options.error_tolerance;
+      const auto excess_of = [&] { return ExcessOfTruncation(solution.accuracy.errors, control.options, tolerance); };
+      double excess = convergence.empty() ? std::numeric_limits<double>::quiet_NaN() : excess_of();
       if (!convergence.empty()) result.order = convergence.order();
-      result.reached = convergence.shows_order() && error <= control.tolerance &&
-                       !AgreesByChance(convergence.last_difference(), result.solution, control.tolerance);
-      if (result.reached && MayPlaceSwitchesAlike(trials, result.solution, control.tolerance)) {
+      result.reached = convergence.shows_order() && excess <= 1 &&
+                       !AgreesByChance(convergence.last_difference(), solution, tolerance);
+      if (result.reached && MayPlaceSwitchesAlike(trials, solution, control.options)) {
         const Grid longer = WithOtherSteps(grid, 3, control.nodes_kept);
         const absl::StatusOr<Solution> check = trials.solve(longer);
         if (!check.ok()) return check.status();
         steps_so_far += longer.num_steps();
-        so_far.CountCheck(*check, result.solution);
-        error = result.solution.accuracy.error;
-        result.reached = error <= control.tolerance;
+        so_far.CountCheck(*check, solution);
+        excess = excess_of();
+        result.reached = excess <= 1;
       }
-      const double least_steps =
-          static_cast<double>(grid.num_steps()) * std::pow(error / control.tolerance, 1 / control.expected_order);
+      const double least_steps = static_cast<double>(grid.num_steps()) * std::pow(excess, 1 / control.expected_order);
       const bool hopeless =
-          result.rounding > control.tolerance ||
-          (grid.num_steps() >= kHopelessSteps && least_steps > 8.0 * static_cast<double>(control.most_steps));
+          grid.num_steps() >= kHopelessSteps && least_steps > 8.0 * static_cast<double>(control.most_steps);
       if (result.reached || hopeless) return result;
       if (!IsAllowed(control, trials, grid, steps_so_far)) return result;
-      so_far.Remember(std::move(result.solution), grid);
+      so_far.Remember(std::move(solution));
     }
     grid = Refine(grid, control.nodes_kept);
   }

@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "core/context/component_errors.h"
 #include "core/discretization/grid.h"
+#include "core/problem/options.h"
 #include "core/problem/solution.h"
 
 namespace dlcs {
@@ -20,10 +21,11 @@ class Convergence {
   // `expected` is the order of the method where the solution is smooth.
   explicit Convergence(double expected = 2) : expected_(expected) {}
 
-  // Adds the differences between the trajectories on the finest grid and on the grid before it.
-  void Add(ComponentErrors differences);
+  // Adds the differences between the trajectories on the finest grid and on the grid before it, the largest of which is
+  // `relative` of the size of its component.
+  void Add(ComponentValues differences, double relative);
   bool empty() const { return differences_.empty(); }
-  double last_difference() const { return differences_.back().largest(); }
+  double last_difference() const { return differences_.back().relative; }
 
   // At least two ratios of differences are known. One is not enough, since trajectories with kinks converge unevenly.
   bool shows_order() const { return differences_.size() >= 3; }
@@ -31,11 +33,17 @@ class Convergence {
   double order() const;
   // The estimated errors of the finest trajectory: the last differences, or those extrapolated from earlier differences
   // if they are larger, times `safety` / (2^order - 1). Needs a difference; NaN if one is not finite.
-  ComponentErrors errors(double safety = 1) const;
+  ComponentValues errors(double safety = 1) const;
+  // The largest of them, relative to the size of its component.
+  double relative_error(double safety = 1) const;
 
  private:
+  struct Difference {
+    ComponentValues of_components;
+    double relative;
+  };
   double expected_;
-  std::vector<ComponentErrors> differences_;
+  std::vector<Difference> differences_;
 };
 
 // The reported error is the estimate times this factor, since the errors of kinks between nodes vary from one grid to
@@ -48,7 +56,7 @@ inline constexpr double kSafety = 5;
 inline constexpr double kSafetyOfComparison = 3;
 
 struct StepControl {
-  double tolerance = 0;
+  const Options& options;  // for the tolerances
   double expected_order = 2;
   Index most_steps = 0;      // of a trial
   Index most_steps_all = 0;  // of all trials together; 0 for any number
@@ -58,28 +66,35 @@ struct StepControl {
 };
 
 // How far the data are changed, in ulps, for the solve with differently rounded data
-// (core/event_driven/rounded_data.h). More than one ulp, since the difference of two such solves is a random sample,
-// and since the difference of the coarsest of three grids counts only a quarter.
+// (core/event_driven/rounded_data.h), whose difference is the rounding of a solution. More than one ulp, since it is a
+// random sample.
 inline constexpr double kRoundedUlps = 4;
-inline constexpr double kRoundedUlpsOfCoarsest = 16;
+
+// What changes of the data make of a solution, but at least the rounding of the rows that y and w are computed from: a
+// sample may show less.
+ComponentValues WithRoundingOfRows(ComponentValues of_data, const ComponentValues& of_terms);
 
 struct TrialSolves {
   std::function<absl::StatusOr<Solution>(const Grid&)> solve;
   // Solves with the data changed by so many ulps; empty for problems without that test.
   std::function<absl::StatusOr<Solution>(const Grid&, double ulps)> solve_rounded = {};
-  std::function<ComponentErrors(const Solution& coarse, const Solution& fine)> compare;
+  // The sizes of the components whose errors are estimated, and what is rounding of them if data are not changed.
+  std::function<ComponentValues(const Solution&)> sizes;
+  std::function<ComponentValues(const ComponentValues& sizes)> rounding_of_terms;
+  std::function<ComponentValues(const Solution& coarse, const Solution& fine, const ComponentValues& sizes)> compare;
   // Returns the changes of x within the steps that pairs switch in; see SwitchChanges(). Empty if that is not known.
-  std::function<ComponentErrors(const Solution&)> at_switches = {};
+  std::function<ComponentValues(const Solution&, const ComponentValues& sizes)> at_switches = {};
+  // Raises the errors of y and w to what those of x make of them; see RaiseToEffectOfStates().
+  std::function<void(const Solution&, TrajectoryErrors&)> follow_states = [](const Solution&, TrajectoryErrors&) {};
   // The part of f and g that a solve on the grid does not see; see UnresolvedSources().
   std::function<double(const Grid&, const Solution&)> unresolved = [](const Grid&, const Solution&) { return 0.0; };
   std::function<bool(const Grid&)> fits;  // whether a solve fits into the allowed memory
 };
 
 struct ControlledSolution {
-  Solution solution;     // of the finest trial; its accuracy is set
+  Solution solution;     // of the finest trial; the errors of its accuracy are set
   double order = 1;      // the observed one
-  double rounding = 0;   // the part of the error that comes from rounding, of the data too
-  bool reached = false;  // the error is below the tolerance
+  bool reached = false;  // truncation is as small as the tolerances require (ExcessOfTruncation())
 };
 
 // Solves on `grid` and on grids with half the step, a quarter and so on, until the error of the finest is below the
@@ -90,9 +105,9 @@ struct ControlledSolution {
 // observed order. If a trial fails, its step is taken to be too long: the next one has half of it, up to
 // kMaxFailingSteps. The error is at least the part of f and g that the steps do not see. Failures that do not depend on
 // the step are returned at once, as are Cancelled and errors. The trials end without success if the next one would have
-// more steps than `control` allows or would not fit into memory, if even a second-order method would need a hundred
-// times as many steps, or if rounding of the data moves the solution by more than the tolerance. The last is tested
-// once, at the first trial whose error is below 1e-3.
+// more steps than `control` allows or would not fit into memory, or if even a second-order method would need a hundred
+// times as many steps. What rounding of the data does is measured at the first trial, and at the first one whose error
+// is below 1e-3.
 //
 // Grids with halved steps may place a switch alike and agree on a wrong answer. If that may matter (`at_switches`), a
 // solution that meets the tolerance is also compared with one of steps three times as long.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "core/linalg/abs_times.h"
@@ -19,16 +20,18 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // degree.
 constexpr double kOfMissed = 0.25;
 
-// Times are known to so many ulps: what a shift by them explains right after an event is no error, and a fast state
-// that settles anew is off by as much until it has settled. An error that stays is counted later.
+// The time of an event is known to so many ulps at best.
 constexpr double kRoundingOfTime = 16 * kEpsilon;
-constexpr double kRightAfter = 1e-4;  // part of the time of the event
+constexpr double kNear = 1e-4;  // before or behind an event, as a part of its time
+// The rounding of a linear function, of its terms.
+constexpr double kRoundingOfRow = 4 * kEpsilon;
 
-// What remains of each row of `errors` beyond `excused`, towards zero.
-void Shrink(const Vector& excused, Matrix& errors) {
+// What remains of each of the errors beyond what a shift in time by `shifts` makes of a function of this slope.
+void Shrink(const Vector& slope, const Eigen::RowVectorXd& shifts, Matrix& errors) {
   for (Index e = 0; e < errors.cols(); ++e) {
     for (Index i = 0; i < errors.rows(); ++i) {
-      errors(i, e) = std::copysign(NanMax(0, std::abs(errors(i, e)) - excused[i]), errors(i, e));
+      const double left = NanMax(0, std::abs(errors(i, e)) - shifts[e] * std::abs(slope[i]));
+      errors(i, e) = std::copysign(left, errors(i, e));
     }
   }
 }
@@ -65,6 +68,18 @@ Vector SignsThatLast(const Eigen::VectorXcd& slowest, const Vector& sizes, const
   return otherwise;
 }
 
+// The tails of a step with the signs of the last coefficients.
+Vector TailWithSigns(const LegendreSeries& x, const Vector& tail) {
+  return tail.binaryExpr(Vector(x.rightCols<1>()), [](double size, double last) { return std::copysign(size, last); });
+}
+
+// The part of the error inside a step that it has at `s`. It behaves as P_{K+1} - P_{K-1}, which vanishes at the end
+// with the slope 2K + 1 and is at most 2 √(2/(π K)).
+double PartOfTail(double s) {
+  constexpr double K = kLegendreDegree;
+  return std::min(1.0, (1 - s) * (2 * K + 1) / 2 * std::sqrt(std::numbers::pi * K / 2));
+}
+
 // How far the polynomial x of a step moves in `time` from position s on, as a line beyond its end.
 Vector Moved(const LegendreSeries& x, double length, double s, double time) {
   const double inside = std::min(time, (1 - s) / 2 * length);
@@ -77,15 +92,22 @@ Vector Moved(const LegendreSeries& x, double length, double s, double time) {
 
 }  // namespace
 
-ErrorGrowth::ErrorGrowth(const Problem& problem, bool y_counts)
+void ErrorGrowth::Largest::Raise(Index i, double of_truncation, double of_signs, double of_rounding) {
+  truncation[i] = NanMax(truncation[i], of_truncation);
+  with_signs[i] = NanMax(with_signs[i], of_signs);
+  rounding[i] = NanMax(rounding[i], of_rounding);
+}
+
+ErrorGrowth::ErrorGrowth(const Problem& problem)
     : problem_(problem),
-      errors_(problem.num_states(), kErrors),
-      x_(Vector::Zero(problem.num_states())),
-      noise_(x_),
-      By_(Vector::Zero(y_counts ? problem.num_states() : 0)),
-      w_(Vector::Zero(y_counts ? problem.num_constraints() : 0)) {
+      errors_(Matrix::Zero(problem.num_states(), kErrors)),
+      shifts_(Eigen::RowVectorXd::Zero(kErrors)),
+      x_(problem.num_states()),
+      y_(problem.num_constraints()),
+      w_(problem.num_constraints()),
+      outputs_(problem.outputs.shown()) {
   const Vector& x0 = problem.x0;
-  for (Index e = 0; e < kErrors; ++e) {
+  for (Index e = 0; e < kSamples; ++e) {
     errors_.col(e) = kEpsilon * SignsOfRounding(x0.size(), static_cast<unsigned>(e)).cwiseProduct(x0);
   }
 }
@@ -93,7 +115,7 @@ ErrorGrowth::ErrorGrowth(const Problem& problem, bool y_counts)
 Vector ErrorGrowth::Signs(Index error, const Eigen::Ref<const Vector>& values) const {
   const Index size = errors_.rows();
   if (error == 1) return SignsOfRounding(size, 1);
-  if (error > 1) return SignsOfRounding(size, 2 + steps_);
+  if (error == 2) return SignsOfRounding(size, 2 + steps_);
   return SignsLike(values, SignsOfRounding(size, 0));
 }
 
@@ -101,25 +123,46 @@ void ErrorGrowth::AddTo(Index error, const Vector& amount) {
   errors_.col(error) += Signs(error, errors_.col(error)).cwiseProduct(amount);
 }
 
-void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, const Overlooked& overlooked,
-                          double s_end) {
+ErrorGrowth::Largest ErrorGrowth::SizesOf(const Matrix& errors) {
+  Largest sizes;
+  sizes.truncation = errors.col(kTruncation).cwiseAbs();
+  sizes.with_signs = errors.col(kWithSigns).cwiseAbs();
+  sizes.rounding = RowMaxAbs(errors.leftCols(kSamples));
+  return sizes;
+}
+
+double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, const OverlookedByCause& overlooked,
+                            double s_end, std::optional<Index> guard) {
   ++steps_;
   Pass(step, sources);
   const LegendreVector at = LegendreValues(s_end);
-  const Vector rounding = kEpsilon * step.x.cwiseAbs().rowwise().sum();
+  const Vector rounding = kEpsilon * step.x_size;
   const Mode& mode = step.stepper->mode();
-  const Vector missed =
-      kOfMissed * step.row_error + (mode.is_explicit() ? overlooked.slope : AbsTimes(mode.E, overlooked.slope));
+  const auto in_rows = [&mode](const Vector& slope) { return mode.is_explicit() ? slope : AbsTimes(mode.E, slope); };
   Matrix rows(rounding.size(), kErrors);
+  double sign = 1;  // of the whole step
   for (Index e = 0; e < kErrors; ++e) {
-    // What an ulp of the data is stays the same. For the last error it has the signs that add to it: a system with slow
-    // and fast states forgets most errors, and signs at hand may all be of that kind.
-    const auto seed = static_cast<unsigned>(e);
-    Vector of_data = PartsOfRounding(rounding.size(), seed);
     const auto error = errors_.col(e);
-    const Vector in_rows = mode.is_explicit() ? Vector(error) : Vector(mode.E * error);
-    if (e + 1 == kErrors) of_data = SignsThatLast(mode.slowest, step.row_noise, in_rows, SignsLike(in_rows, of_data));
-    rows.col(e) = of_data.cwiseProduct(step.row_noise) + Signs(e, in_rows).cwiseProduct(missed);
+    const Vector of_error = mode.is_explicit() ? Vector(error) : Vector(mode.E * error);
+    if (e == kTruncation) {
+      const Vector missed = kOfMissed * step.row_error + in_rows(overlooked.truncation.slope);
+      rows.col(e) = Signs(e, of_error).cwiseProduct(missed);
+    } else if (e == kWithSigns) {
+      const Vector& slope = overlooked.with_signs.slope;
+      rows.col(e) = kOfMissed * step.row_missed + (mode.is_explicit() ? slope : Vector(mode.E * slope));
+      const Vector size = step.row_noise.cwiseMax(std::numeric_limits<double>::min());
+      if (rows.col(e).cwiseQuotient(size).dot(of_error.cwiseQuotient(size)) < 0) sign = -1;
+      rows.col(e) *= sign;
+    } else {
+      // What an ulp of the data is stays the same. For the last sample it has the signs that add to it: a system with
+      // slow and fast states forgets most errors, and signs at hand may all be of that kind.
+      Vector of_data = PartsOfRounding(rounding.size(), static_cast<unsigned>(e));
+      if (e + 1 == kSamples) {
+        of_data = SignsThatLast(mode.slowest, step.row_noise, of_error, SignsLike(of_error, of_data));
+      }
+      rows.col(e) =
+          of_data.cwiseProduct(step.row_noise) + Signs(e, of_error).cwiseProduct(in_rows(overlooked.rounding.slope));
+    }
   }
   ModeStepper::Response response = step.stepper->RespondAt(s_end, errors_, rows);
   errors_ = std::move(response.values);
@@ -129,40 +172,60 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
     errors_.row(i).setZero();
     slopes_.row(i).setZero();
   }
-  for (Index e = 0; e < kErrors; ++e) {
+  for (Index e = 0; e < kSamples; ++e) {
     errors_.col(e) +=
         SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
-    // At its end a step is far better than inside of it, where an event cuts it.
-    AddTo(e, s_end < 1 ? Vector(overlooked.x + step.x_tail) : overlooked.x);
+    AddTo(e, overlooked.rounding.x);
   }
+  // At its end a step is far better than inside of it, where an event cuts it.
+  const Vector tail = PartOfTail(s_end) * step.x_tail;
+  AddTo(kTruncation, overlooked.truncation.x + tail);
+  errors_.col(kWithSigns) += sign * (overlooked.with_signs.x + TailWithSigns(step.x, tail));
   const double end = sources.begin + (1 + s_end) / 2 * sources.length;
-  LegendreVector shift = LegendreVector::Zero();
-  if (end - last_event_ <= kRightAfter * end) {
-    shift = kRoundingOfTime * end * 2 / sources.length * LegendreSlopes(at);
+  // What a shift by the error of the time of an event explains near it is no error. An error that stays is counted on
+  // another step.
+  Eigen::RowVectorXd shifts = Eigen::RowVectorXd::Zero(kErrors);
+  if (end - last_event_ <= kNear * end) shifts = shifts_;
+  double time_error = 0;
+  if (guard) {
+    time_error = BeginEvent(step, sources, s_end, *guard);
+    if (end - sources.begin <= kNear * end) {
+      for (Index e = 0; e < kErrors; ++e) shifts[e] = std::max(shifts[e], std::abs(event_.delay[e]));
+    }
   }
+  const LegendreVector slope_at = 2 / sources.length * LegendreSlopes(at);
   Matrix unexcused = errors_;
-  Shrink(ValueOf(step.x, shift).cwiseAbs(), unexcused);
-  Raise(unexcused, step.x_error + step.layer);
-  RaiseOutputs(step, shift, overlooked.y);
-  noise_ = noise_.cwiseMax(step.x_noise);
+  Shrink(ValueOf(step.x, slope_at), shifts, unexcused);
+  const Largest at_end = SizesOf(unexcused);
+  for (Index i = 0; i < rounding.size(); ++i) {
+    const double own = step.x_error[i] + step.layer[i];
+    x_.Raise(i, at_end.truncation[i] + own, at_end.with_signs[i] + own, at_end.rounding[i]);
+  }
+  RaiseOutputs(step, slope_at, shifts, overlooked);
+  return time_error;
 }
 
-void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepSources& sources, double s_end,
-                           Index guard) {
+// Keeps the event until x' after it is known. Returns how far its time may be off.
+double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& sources, double s_end, Index guard) {
+  const Mode& mode = step.stepper->mode();
   const LegendreVector slope_at = 2 / sources.length * LegendreSlopes(LegendreValues(s_end));
-  const double speed = step.guard.row(guard).dot(slope_at);
+  const double speed = step.guard.values.row(guard).dot(slope_at);
   event_.x = step.x;
   event_.length = sources.length;
   event_.s = s_end;
   event_.slope = SlopeAt(step, sources, s_end);
   has_event_ = true;
+  const double part_of_tail = mode.guard.slope.size() > 0 ? 1 : PartOfTail(s_end);
   for (Index e = 0; e < kErrors; ++e) {
     double moved = mode.guard.state.row(guard).dot(errors_.col(e));
     if (mode.guard.slope.size() > 0) moved += mode.guard.slope.row(guard).dot(slopes_.col(e));
-    const double delay = -(moved + std::copysign(step.guard_tail[guard], moved)) / speed;
+    const double own = e < kSamples ? kRoundingOfRow * step.guard.terms[guard] : part_of_tail * step.guard.tail[guard];
+    const double delay = -(moved + std::copysign(own, moved)) / speed;
     // If a guard only touches zero, its speed is useless.
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
   }
+  const Largest delays = SizesOf(Eigen::Map<const Eigen::Matrix<double, 1, kErrors>>(event_.delay.data()));
+  return TruncationOf(delays.truncation, delays.with_signs, delays.rounding)[0] + delays.rounding[0];
 }
 
 // Between the true time of the event and the one that was found the state went on as before instead of as after it. How
@@ -184,80 +247,82 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
       if (std::abs(jump[i]) <= kSame * delay * size[i]) jump[i] = 0;
     }
     errors_.col(e) += std::copysign(1, event_.delay[e]) * jump;
+    shifts_[e] = std::max(kRoundingOfTime * sources.begin, delay);
   }
 }
 
 Vector ErrorGrowth::Unexplained(const Vector& change) const {
-  return (change.cwiseAbs() - RowMaxAbs(errors_)).cwiseMax(0);
+  const Largest errors = SizesOf(errors_);
+  return (change.cwiseAbs() - errors.truncation - errors.rounding).cwiseMax(0);
 }
 
-void ErrorGrowth::AddMissed(const Vector& amount) {
-  for (Index e = 0; e < kErrors; ++e) AddTo(e, amount);
+void ErrorGrowth::AddRounding(const Vector& amount) {
+  for (Index e = 0; e < kSamples; ++e) AddTo(e, amount);
 }
 
 void ErrorGrowth::Add(const Vector& error, const Vector& inside) {
   has_event_ = false;
   ++steps_;
-  AddMissed(error);
-  Raise(errors_, inside);
-}
-
-void ErrorGrowth::Raise(const Matrix& errors, const Vector& within) {
-  for (Index i = 0; i < x_.size(); ++i) x_[i] = NanMax(x_[i], MaxAbs(errors.row(i)) + within[i]);
-}
-
-Vector ErrorGrowth::InGuards(const Mode& mode) const { return RowMaxAbs(Matrix(mode.guard.state * errors_)); }
-
-void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& shift, const Vector& overlooked_y) {
-  constexpr double kRounding = 4 * kEpsilon;
-  if (w_.size() == 0) return;
-  const Mode& mode = step.stepper->mode();
-  Matrix of_x = mode.guard.state * errors_;
-  if (mode.guard.slope.size() > 0) of_x += mode.guard.slope * slopes_;
-  Shrink(ValueOf(step.guard, shift).cwiseAbs(), of_x);
-  const Vector own = step.guard_error + kRounding * step.guard_terms;
-  std::vector<bool> is_active(static_cast<std::size_t>(w_.size()));
-  for (const Index i : mode.active) is_active[static_cast<std::size_t>(i)] = true;
-  Vector of_y = Vector::Zero(own.size());
-  for (Index i = 0; i < own.size(); ++i) {
-    if (is_active[static_cast<std::size_t>(i)]) {
-      of_y[i] = own[i];
-    } else {
-      w_[i] = NanMax(w_[i], MaxAbs(of_x.row(i)) + own[i]);
-      of_x.row(i).setZero();
-      of_y[i] = overlooked_y[i];
-    }
+  for (const Index e : {kTruncation, kWithSigns}) AddTo(e, error);
+  const Largest at_end = SizesOf(errors_);
+  for (Index i = 0; i < error.size(); ++i) {
+    x_.Raise(i, at_end.truncation[i] + inside[i], at_end.with_signs[i] + inside[i], at_end.rounding[i]);
   }
-  const Vector By = RowMaxAbs(problem_.B * of_x) + problem_.B.AbsTimes(of_y);
-  for (Index i = 0; i < By.size(); ++i) By_[i] = NanMax(By_[i], By[i]);
 }
 
-ComponentErrors ErrorGrowth::RelativeTo(const Magnitudes& sizes, std::vector<Index>& small_but_known) const {
-  constexpr double kOfError = 4;  // an estimate is ten times the error or so
+ErrorGrowth::ByCause ErrorGrowth::InGuards(const Mode& mode) const {
+  const Largest sizes = SizesOf(mode.guard.state * errors_);
+  return {TruncationOf(sizes.truncation, sizes.with_signs, sizes.rounding), sizes.rounding};
+}
+
+void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts,
+                               const OverlookedByCause& overlooked) {
+  const Mode& mode = step.stepper->mode();
+  const Largest guards = InRows(mode.guard, step.guard, slope_at, shifts);
+  const Index n = guards.rounding.size();
+  std::vector<bool> is_active(static_cast<std::size_t>(n));
+  for (const Index i : mode.active) is_active[static_cast<std::size_t>(i)] = true;
+  for (Index i = 0; i < n; ++i) {
+    Largest& of = is_active[static_cast<std::size_t>(i)] ? y_ : w_;
+    of.Raise(i, guards.truncation[i], guards.with_signs[i], guards.rounding[i]);
+    const double dip = overlooked.truncation.y[i];
+    y_.Raise(i, dip, dip, overlooked.rounding.y[i]);
+  }
+  if (outputs_.rounding.size() == 0) return;
+  const Largest outputs = InRows(mode.outputs, step.outputs, slope_at, shifts);
+  const Vector dips = problem_.outputs.D.AbsTimes(overlooked.truncation.y);
+  const Vector of_rounding = problem_.outputs.D.AbsTimes(overlooked.rounding.y);
+  for (Index i = 0; i < outputs.rounding.size(); ++i) {
+    outputs_.Raise(i, outputs.truncation[i] + dips[i], outputs.with_signs[i] + dips[i],
+                   outputs.rounding[i] + of_rounding[i]);
+  }
+}
+
+// The errors of linear functions of the solution at the end of the step, and their own.
+ErrorGrowth::Largest ErrorGrowth::InRows(const LinearOutput& output, const StepRows& rows,
+                                         const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts) const {
+  Matrix of_x = output.state * errors_;
+  if (output.slope.size() > 0) of_x += output.slope * slopes_;
+  Shrink(ValueOf(rows.values, slope_at), shifts, of_x);
+  Largest errors = SizesOf(of_x);
+  errors.truncation += rows.truncation;
+  errors.with_signs += rows.truncation;
+  errors.rounding += kRoundingOfRow * rows.terms;
+  return errors;
+}
+
+TrajectoryErrors ErrorGrowth::Errors(const Magnitudes& sizes) const {
   // Errors beyond the range of doubles have no difference.
   const auto bounded = [](const Vector& errors) {
     constexpr double kInfinite = std::numeric_limits<double>::infinity();
     return Vector(errors.array().isNaN().select(kInfinite, errors));
   };
-  for (Index i = 0; i < x_.size(); ++i) {
-    if (!(sizes.x[i] <= noise_[i] && x_[i] < kOfError * sizes.x[i])) continue;
-    // An earlier solve may have listed it.
-    const auto place = std::lower_bound(small_but_known.begin(), small_but_known.end(), i);
-    if (place == small_but_known.end() || *place != i) small_but_known.insert(place, i);
-  }
-  ComponentErrors errors{.x = bounded(Relative(x_, sizes.x, noise_))};
-  for (const Index i : small_but_known) {
-    if (sizes.x[i] <= noise_[i]) errors.x[i] = sizes.x[i] > 0 ? x_[i] / sizes.x[i] : 0;
-  }
-  if (w_.size() == 0) return errors;
-  constexpr double kRounding = 16 * kEpsilon;
-  const Vector terms_of_w = problem_.N.AbsTimes(sizes.x) + problem_.M.AbsTimes(sizes.y) + sizes.g;
-  // An active y_i is a sum of the terms of w_i, divided by M_ii.
-  const Vector diagonal = problem_.M.Dense().diagonal();
-  const Vector terms_of_y = (diagonal.array() > 0).select(terms_of_w.cwiseQuotient(diagonal), sizes.y);
-  errors.By = bounded(Relative(By_, sizes.By, kRounding * problem_.B.AbsTimes(terms_of_y)));
-  errors.w = bounded(Relative(w_, terms_of_w, Vector::Zero(w_.size())));
-  return errors;
+  const auto by_cause = [&](const Vector& own, const Largest& errors) {
+    // What is stored is rounded.
+    const Vector rounding = errors.rounding + kEpsilon * own;
+    return ErrorsByCause{own, bounded(TruncationOf(errors.truncation, errors.with_signs, rounding)), bounded(rounding)};
+  };
+  return {by_cause(sizes.x, x_), by_cause(sizes.y, y_), by_cause(sizes.w, w_), by_cause(sizes.outputs, outputs_)};
 }
 
 }  // namespace dlcs

@@ -7,12 +7,13 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
-#include "core/context/component_errors.h"
 #include "core/discretization/step_sources.h"
 #include "core/event_driven/mode.h"
 #include "core/event_driven/smooth_step.h"
+#include "core/problem/accuracy.h"
 #include "core/problem/problem.h"
 
 namespace dlcs {
@@ -29,17 +30,24 @@ inline auto SignsOfRounding(Index size, unsigned seed = 0) {
   });
 }
 
-// Estimates the error of x by integrating error equations beside the solution. In a mode an error e obeys e' = Â e + d,
-// where d holds the interpolation error of the sources and the rounding errors of the terms of x', including an ulp in
-// every entry of the data. At an event at which x' jumps, an error moves the time of the event, so e jumps too. Three
-// such e are integrated by the same steps as the solution, with d of its estimated size and three choices of signs:
-// those of e, so that all contributions add up; constant ones; and pseudo-random ones in each step. The estimate is the
-// largest of the three plus the local errors of the steps. If y is a Lipschitz function of x, the errors of B y and w
-// are those that e makes of the guards plus their own. Cost: three solves of a step without refinement, for each step.
+// Estimates the errors of the solution by integrating error equations beside it. In a mode an error e obeys
+// e' = Â e + d. At an event at which x' jumps, an error moves the time of the event, so e jumps too. Near an event the
+// solution is compared up to that shift in time: where a fast state settles, or y falls to zero within picoseconds,
+// the difference at one time shows nothing but the shift. Errors of both
+// causes are integrated by the same steps as the solution:
+//
+// - truncation: d is the interpolation error of the sources, and what events that were overlooked do. A bound has the
+//   signs of e, so that all contributions add up. Another error has the signs that it has inside each step, and adds up
+//   over the steps: where that leaves no more than rounding, as in a state that is zero by symmetry, there is none.
+// - rounding: d holds an ulp of every term of x', including one of every entry of the data, whose signs are not known.
+//   Three samples are taken, with the signs of e, constant ones, and pseudo-random ones in each step; the largest
+//   counts.
+//
+// To these come the local errors of the steps. Cost: five solves of a step without refinement, for each step.
 class ErrorGrowth {
  public:
-  // Keeps a reference. `y_counts`: y is a Lipschitz function of x.
-  ErrorGrowth(const Problem& problem, bool y_counts);
+  // Keeps a reference. The sizes at x0 are the first ones.
+  explicit ErrorGrowth(const Problem& problem);
 
   // Integrates over `step` up to the position `s_end`. `overlooked` is caused by guards that are below zero but not
   // below their levels: an error of x', one of x where the mode holds x back, and one of y.
@@ -48,26 +56,41 @@ class ErrorGrowth {
     Vector x;
     Vector y;
   };
-  void AddStep(const SmoothStep& step, const StepSources& sources, const Overlooked& overlooked, double s_end);
+  struct OverlookedByCause {
+    Overlooked truncation, rounding;
+    Overlooked with_signs;  // truncation with the signs that it has
+  };
+  // `guard`: the one that ends the mode at `s_end`, if one does. Returns how far the time of that event may be off.
+  double AddStep(const SmoothStep& step, const StepSources& sources, const OverlookedByCause& overlooked, double s_end,
+                 std::optional<Index> guard);
   // The part of a change of x that is more than the errors so far.
   Vector Unexplained(const Vector& change) const;
-  // Adds what x may be off by at the time reached.
-  void AddMissed(const Vector& amount);
-  // What the errors so far are in the guards of `mode`.
-  Vector InGuards(const Mode& mode) const;
-  // The event at `s_end`, at which the guard with the given index ended the mode.
-  void AddEvent(const Mode& mode, const SmoothStep& step, const StepSources& sources, double s_end, Index guard);
+  // Adds what x may be off by at the time reached, by rounding.
+  void AddRounding(const Vector& amount);
+  // The errors so far in the guards of `mode`.
+  struct ByCause {
+    Vector truncation, rounding;
+  };
+  ByCause InGuards(const Mode& mode) const;
   // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.
   void Add(const Vector& error, const Vector& inside);
 
-  // The largest errors so far of each component relative to its size; those of B y and w are empty if y does not count.
-  // A state that is no larger than the bound of its rounding has an error of 0, since it may be rounding alone. If its
-  // estimated error is at most a few times as large it is not: such states are added to `small_but_known`, which is
-  // increasing, and the errors of those that it holds count.
-  ComponentErrors RelativeTo(const Magnitudes& sizes, std::vector<Index>& small_but_known) const;
+  // The largest errors so far of each component, and the sizes in `sizes`.
+  TrajectoryErrors Errors(const Magnitudes& sizes) const;
 
  private:
-  static constexpr Index kErrors = 3;
+  static constexpr Index kSamples = 3;  // of rounding
+  // The columns of errors_ behind them.
+  static constexpr Index kTruncation = kSamples, kWithSigns = kSamples + 1;
+  static constexpr Index kErrors = kSamples + 2;
+
+  // Of each component.
+  struct Largest {
+    Vector truncation, with_signs, rounding;
+
+    explicit Largest(Index size = 0) : truncation(Vector::Zero(size)), with_signs(truncation), rounding(truncation) {}
+    void Raise(Index i, double of_truncation, double of_signs, double of_rounding);
+  };
 
   // An event, at position `s` of the step that found it, after which x' is not known yet.
   struct Event {
@@ -78,14 +101,20 @@ class ErrorGrowth {
     std::array<double, kErrors> delay;
   };
   void Pass(const SmoothStep& step, const StepSources& sources);
+  double BeginEvent(const SmoothStep& step, const StepSources& sources, double s_end, Index guard);
   // The signs that the error with this index is given, where it has those of `values`.
   Vector Signs(Index error, const Eigen::Ref<const Vector>& values) const;
   // Adds `amount` to the error with this index, with the signs that it is given.
   void AddTo(Index error, const Vector& amount);
-  void Raise(const Matrix& errors, const Vector& within);
-  // The errors of B y and w for the errors of x at the end of the step. What fast states make of them at its begin
-  // decays at once. The guards move by step.guard * shift while time does by its rounding.
-  void RaiseOutputs(const SmoothStep& step, const LegendreVector& shift, const Vector& overlooked_y);
+  // The sizes of the errors in the columns; rounding is the largest sample.
+  static Largest SizesOf(const Matrix& errors);
+  // The errors of y and w for those of x at the end of the step. What fast states make of them at its begin decays at
+  // once. `slope_at` makes slopes of polynomials; `shifts` are the times that excuse the errors.
+  void RaiseOutputs(const SmoothStep& step, const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts,
+                    const OverlookedByCause& overlooked);
+
+  Largest InRows(const LinearOutput& output, const StepRows& rows, const LegendreVector& slope_at,
+                 const Eigen::RowVectorXd& shifts) const;
 
   const Problem& problem_;
   Matrix errors_;  // one a column
@@ -93,8 +122,9 @@ class ErrorGrowth {
   bool has_event_ = false;
   Event event_;
   double last_event_ = -std::numeric_limits<double>::infinity();
+  Eigen::RowVectorXd shifts_;  // of the last event, by each error
   unsigned steps_ = 0;
-  Vector x_, noise_, By_, w_;
+  Largest x_, y_, w_, outputs_;
 };
 
 }  // namespace dlcs

@@ -25,7 +25,8 @@ double StepWithoutMode(const Problem& problem) {
 
 }  // namespace
 
-EventDrivenLoop::EventDrivenLoop(SolveContext& context, double tolerance, Index most_work, EventRecord& record)
+EventDrivenLoop::EventDrivenLoop(SolveContext& context, double asked, double tolerance, double allowed_rounding,
+                                 Index most_work, EventRecord& record)
     : context_(context),
       problem_(context.problem),
       sampler_(context.sources, ProbeTimes(context.problem)),
@@ -35,15 +36,19 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double tolerance, Index 
       search_(problem_, context.selection, sampler_),
       coupled_steps_(problem_, context.selection, sampler_),
       output_(problem_, context.grid, context.options.keep_pieces),
-      errors_(problem_, context.y_is_lipschitz()),
+      errors_(problem_),
       repelled_(problem_.num_constraints()),
       progress_(context),
       x_(problem_.x0),
       y_(Vector::Zero(problem_.num_constraints())),
       w_(y_),
-      magnitudes_(problem_),
+      magnitudes_(problem_, context.options, asked),
       sizes_(SizesOfData(problem_, context.y_is_lipschitz(), sampler_)),
       length_(problem_.horizon, StepWithoutMode(problem_)) {
+  if (problem_.outputs.shown() > 0) {
+    if (auto outputs = OutputEvaluator::Create(problem_); outputs.ok()) outputs_.emplace(*std::move(outputs));
+  }
+  magnitudes_.allowed_rounding = allowed_rounding;
   if (context.options.keep_flow) flow_.emplace(problem_.num_states(), !context.y_is_lipschitz());
 }
 
@@ -79,7 +84,7 @@ void EventDrivenLoop::CountTimeOfJump(double time, double nearest) {
   sampler_.F(time, Side::kLeft, before);
   sampler_.F(time, Side::kRight, after);
   const Vector jump = (after - before).cwiseAbs();
-  if (jump.allFinite()) errors_.AddMissed(rounding * jump);
+  if (jump.allFinite()) errors_.AddRounding(rounding * jump);
 }
 
 DataSizes EventDrivenLoop::SizesSoFar() const {
@@ -94,7 +99,7 @@ bool EventDrivenLoop::Start(double begin) {
   // What is no more than the rounding of x is zero: N x alone shows no other size than its own.
   const Vector noise = (x_.array().abs() <= magnitudes_.x_noise.array()).select(x_, 0);
   x_ -= noise;
-  errors_.AddMissed(noise.cwiseAbs());
+  errors_.AddRounding(noise.cwiseAbs());
   repelled_ = RepelledStarts(problem_.num_constraints());
   bool y_is_solution = false;
   const std::size_t jumps = context_.solution.jumps.size();
@@ -109,6 +114,7 @@ bool EventDrivenLoop::Cross(double end) {
   attempt_ = 0;
   short_modes_ = 0;
   mode_begin_ = t_;
+  begin_error_ = 0;
   length_.EndOther(end - t_);
   gap_.reset();
   event_step_.reset();
@@ -131,10 +137,7 @@ bool EventDrivenLoop::Cross(double end) {
   return true;
 }
 
-// A solve that advances so evenly that it will reach T within kPatience times its work may continue: many short modes
-// do not mean that it will not end.
 bool EventDrivenLoop::IsBeyondWork() const {
-  constexpr double kPatience = 8;
   const auto work = static_cast<double>(record_.Work(problem_.num_states()));
   const auto most = static_cast<double>(most_work_);
   return work >= most && work >= kPatience * most * (t_ / problem_.horizon);
@@ -226,7 +229,7 @@ bool EventDrivenLoop::RefineEvent() {
                            ShareOfTolerance(length, problem_.horizon), nullptr);
     ++record_.rejected_steps;
     if (!(step_.error_ratio <= 1)) return false;
-    const auto guard = step_.guard.row(event.guard);
+    const auto guard = step_.guard.values.row(event.guard);
     const LegendreVector at_end = LegendreValues(1);
     const double delay = -length / 2 * guard.dot(at_end) / guard.dot(LegendreSlopes(at_end));
     if (!(std::abs(delay) <= kMaxDelay * length)) return false;
@@ -267,7 +270,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   if (!(step_.error_ratio <= 1)) return Repeat(length_.AfterError(step_, length, shortest));
 
   if (may_start_below_ && t_ == mode_begin_) LetRisingGuardsStartBelow(step_);
-  const auto mode_end = FindModeEnd(step_);
+  auto mode_end = FindModeEnd(step_);
   if (!mode_end) {
     length_.Accept(length, step_.error_ratio);
     Accept(step_end, 1);
@@ -275,7 +278,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   }
   // The part after the event may make the error before it look small. So a step of which little is left is repeated.
   constexpr double kMinKept = 0.5;
-  const double lasted = length * (1 + mode_end->s) / 2;
+  double lasted = length * (1 + mode_end->s) / 2;
   const double again = lasted / kMinKept;
   step_.error_ratio =
       NanMax(step_.error_ratio, ErrorRatioBefore(mode_end->s, *mode_, step_, magnitudes_, tolerance_, share));
@@ -287,8 +290,56 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   constexpr int kShorterSteps = 3;
   const bool may_propose = t_ == mode_begin_ && attempt_ <= kShorterSteps;
   if (is_too_short || (may_propose && FallsFromZero(step_, *mode_end))) return GiveUpMode("no active set lasts");
-  Accept(t_ + lasted, mode_end->s);
+  if (lasted > shortest && !IsKnownWellEnough(*mode_end, lasted)) {
+    RetakeUpTo(lasted, *mode_end);
+    lasted = sources_.length * (1 + mode_end->s) / 2;
+  }
+  Accept(t_ + lasted, mode_end->s, mode_end->guard);
   return EndMode(*mode_end, end);
+}
+
+// Whether what the step is off by at an event inside it is no more than the share of the tolerance that its length has
+// of the horizon. The error control allows rounding besides, which for long solves is more, and adds up as truncation.
+// And whether x does not grow behind the event: its rounding before is that of the whole step.
+bool EventDrivenLoop::IsKnownWellEnough(const ModeEnd& mode_end, double lasted) const {
+  constexpr double kGrows = 16;
+  const auto at = LooksBefore(mode_end.s);
+  const Vector before = RowMaxAbs(Matrix(step_.x.lazyProduct(at))).cwiseMax(magnitudes_.x);
+  if ((SizeOfRows(step_.x).array() > kGrows * before.array()).any()) return false;
+  const double allowed = tolerance_ * lasted / problem_.horizon;
+  const double size = std::max(std::binary_search(mode_->active.begin(), mode_->active.end(), mode_end.guard)
+                                   ? magnitudes_.y[mode_end.guard]
+                                   : magnitudes_.w[mode_end.guard],
+                               MaxAbs(step_.guard.values.row(mode_end.guard)));
+  return step_.guard.tail[mode_end.guard] <= allowed * size &&
+         (step_.x_tail.array() <= allowed * magnitudes_.x.cwiseMax(step_.x_size).cwiseMax(magnitudes_.x_given).array())
+             .all();
+}
+
+// Takes the step once more, so that the event is at its end, where a step is far better than inside of it. Changes
+// nothing if that step is not accurate or has the event elsewhere.
+void EventDrivenLoop::RetakeUpTo(double length, ModeEnd& mode_end) {
+  constexpr double kNearEnd = 0.5;  // farther off the two steps do not agree
+  const auto speed = [&](double s) {
+    return 2 / sources_.length * step_.guard.values.row(mode_end.guard).dot(LegendreSlopes(LegendreValues(s)));
+  };
+  const double beyond = 2 * step_.guard.tail[mode_end.guard] / std::abs(speed(mode_end.s));
+  const double end = t_ + std::min(length + beyond, sources_.length);
+  SmoothStep longer = std::move(step_);
+  StepSources sources_of_longer = sources_;
+  sampler_.Sample(t_, end, sources_);
+  step_ = TakeSmoothStep(search_.StepperOf(*mode_, sources_.length), x_start_, sources_, magnitudes_, tolerance_,
+                         ShareOfTolerance(sources_.length, problem_.horizon), gap_ ? &*gap_ : nullptr);
+  ++record_.rejected_steps;
+  const double value = step_.guard.values.row(mode_end.guard).dot(LegendreValues(1));
+  const double s = std::min(1.0, 1 - 2 / sources_.length * value / speed(1));
+  const auto first = FindModeEnd(step_);
+  if (step_.error_ratio <= 1 && s > kNearEnd && (!first || first->guard == mode_end.guard)) {
+    mode_end.s = s;
+    return;
+  }
+  step_ = std::move(longer);
+  sources_ = std::move(sources_of_longer);
 }
 
 EventDrivenLoop::Progressed EventDrivenLoop::FailNonFinite() {
@@ -321,7 +372,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Repeat(double length) {
 
 // An event at t, the end of the last mode.
 EventDrivenLoop::Progressed EventDrivenLoop::EndMode(const ModeEnd& mode_end, double end) {
-  errors_.AddEvent(*mode_, step_, sources_, mode_end.s, mode_end.guard);
+  begin_error_ = event_error_;
   if (flow_) flow_->AddEvent(*mode_, step_, sources_, mode_end.s, mode_end.guard);
   gap_ = GapOf(step_, sources_);
   event_step_ = {mode_->active, sources_.begin, end, x_start_, mode_end.guard};
@@ -346,20 +397,23 @@ EventDrivenLoop::Progressed EventDrivenLoop::EndMode(const ModeEnd& mode_end, do
   return Progressed::kNoMode;
 }
 
-// Takes the part of the step up to `end`, at position `s_end`.
-void EventDrivenLoop::Accept(double end, double s_end) {
+// Takes the part of the step up to `end`, at position `s_end`, where `guard` ends the mode if it is given.
+void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guard) {
   if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
+  if (s_end < 1) LimitSizes(sources_, s_end, step_);
   search_.Lasted(*mode_);
   output_.AddSmooth(x_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
-  ErrorGrowth::Overlooked overlooked =
-      OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end, end - t_, repelled_);
+  ErrorGrowth::OverlookedByCause overlooked = OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end,
+                                                               end - t_, length_.ShortestMode(t_, mode_), repelled_);
   // Where x was close to constraints that should not hold yet, its projection onto them is an error.
-  const Vector moved = errors_.Unexplained(x_start_ - x_);
-  overlooked.x += moved;
-  overlooked.slope += problem_.A.AbsTimes(moved);
-  errors_.AddStep(step_, sources_, overlooked, s_end);
+  const Vector moved = (errors_.Unexplained(x_start_ - x_) - magnitudes_.x_noise).cwiseMax(0);
+  for (ErrorGrowth::Overlooked* of : {&overlooked.truncation, &overlooked.with_signs}) {
+    of->x += moved;
+    of->slope += problem_.A.AbsTimes(moved);
+  }
+  event_error_ = errors_.AddStep(step_, sources_, overlooked, s_end, guard);
   if (flow_) flow_->AddStep(step_, sources_, s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = ValueOf(step_.x, at);
@@ -368,15 +422,15 @@ void EventDrivenLoop::Accept(double end, double s_end) {
   magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * legendre_at_samples_.transpose()).cwiseAbs().rowwise().maxCoeff());
   magnitudes_.x_noise = step_.x_rounding;
   magnitudes_.rounding << step_.rounding_at_end, Vector::Zero(x_.size());
-  magnitudes_.y = magnitudes_.y.cwiseMax(y_);
-  if (context_.y_is_lipschitz()) {
-    magnitudes_.By =
-        magnitudes_.By.cwiseMax(RowMaxAbs(problem_.B * Matrix(step_.y * legendre_at_samples_.transpose())));
-    magnitudes_.g = magnitudes_.g.cwiseMax(sources_.g_size);
+  const Vector guards = (step_.guard.values * legendre_at_samples_.transpose()).rowwise().maxCoeff().cwiseMax(0);
+  w_ = ValueOf(step_.guard.values, at).cwiseMax(0);
+  for (Index i = 0; i < guards.size(); ++i) {
+    const bool is_active = std::binary_search(mode_->active.begin(), mode_->active.end(), i);
+    if (is_active) w_[i] = 0;
+    double& size = is_active ? magnitudes_.y[i] : magnitudes_.w[i];
+    size = std::max(size, guards[i]);
   }
-  w_ = ValueOf(step_.guard, at).cwiseMax(0);
-  for (const Index i : mode_->active) w_[i] = 0;
-  magnitudes_.w = magnitudes_.w.cwiseMax(w_);
+  MeasureOutputs(s_end);
   ++record_.steps;
   attempt_ = 0;
   may_start_below_ = false;
@@ -384,10 +438,22 @@ void EventDrivenLoop::Accept(double end, double s_end) {
   event_step_.reset();
 }
 
+// Raises the sizes of the outputs to those on the step, up to `s_end`.
+void EventDrivenLoop::MeasureOutputs(double s_end) {
+  if (!outputs_) return;
+  const Index samples = legendre_at_samples_.rows();
+  const double from = sources_.begin, part = (1 + s_end) / 2 * sources_.length;
+  const Vector times = from + part * (GetLegendreBasis().nodes.array() + 1) / 2;
+  const Matrix values = outputs_->Between(times, step_.x * legendre_at_samples_.transpose(),
+                                          (step_.y * legendre_at_samples_.transpose()).cwiseMax(0));
+  RaiseRowMaxAbs(values.topRows(magnitudes_.outputs.size()).leftCols(samples), magnitudes_.outputs);
+}
+
 void EventDrivenLoop::NoteInterval(double end, const Mode* mode) {
   ModeInterval interval;
   interval.begin = t_;
   interval.end = end;
+  interval.begin_error = std::max(begin_error_, length_.ShortestMode(t_, mode));
   interval.coupled = !mode;
   if (mode) interval.active = mode->active;
   if (!mode) interval.why = why_coupled_;
@@ -457,7 +523,7 @@ void EventDrivenLoop::Finish() {
   cost.steps = record_.steps + record_.coupled_steps;
   cost.coupled_steps = record_.coupled_steps;
   cost.lcps += search_.lcps() + coupled_steps_.lcps();
-  record_.errors = errors_.RelativeTo(magnitudes_, record_.small_but_known);
+  record_.errors = errors_.Errors(magnitudes_);
   context_.certificate.Replace(output_.certificate());
   solution.pieces = output_.TakePieces();
   if (flow_) solution.flow = flow_->Record();

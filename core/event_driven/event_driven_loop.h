@@ -15,19 +15,26 @@
 #include "core/event_driven/event_output.h"
 #include "core/event_driven/event_record.h"
 #include "core/event_driven/flow_derivative.h"
+#include "core/event_driven/magnitudes.h"
 #include "core/event_driven/mode_end.h"
 #include "core/event_driven/mode_search.h"
-#include "core/event_driven/sizes.h"
 #include "core/event_driven/smooth_step.h"
 #include "core/event_driven/step_length.h"
+#include "core/outputs/output_evaluator.h"
 
 namespace dlcs {
 
 class EventDrivenLoop {
  public:
-  // Keeps references. `tolerance` and the others as in EventDriven(). Gives up when EventRecord::Work() exceeds
-  // `most_work`, or eight times that if its pace is enough for T.
-  EventDrivenLoop(SolveContext& context, double tolerance, Index most_work, EventRecord& record);
+  // A solve that advances so evenly that it will reach T within so many times its work may continue: many short modes
+  // do not mean that it will not end.
+  static constexpr Index kPatience = 8;
+
+  // Keeps references. `asked` is the tolerance of the solution, `tolerance` that of its steps, and `allowed_rounding`
+  // that of Magnitudes. Gives up when EventRecord::Work() exceeds `most_work`, or kPatience times that if its pace is
+  // enough for T.
+  EventDrivenLoop(SolveContext& context, double asked, double tolerance, double allowed_rounding, Index most_work,
+                  EventRecord& record);
 
   // Solves up to T and passes the trajectory to the recorder of the context. Returns whether T was reached; otherwise
   // the solution says why not.
@@ -45,7 +52,9 @@ class EventDrivenLoop {
   Progressed Choose(double end);
   Progressed Advance(double end);
   Progressed Repeat(double length);
-  void Accept(double end, double s_end);
+  bool IsKnownWellEnough(const ModeEnd& mode_end, double lasted) const;
+  void RetakeUpTo(double length, ModeEnd& mode_end);
+  void Accept(double end, double s_end, std::optional<Index> guard = std::nullopt);
   Progressed EndMode(const ModeEnd& mode_end, double end);
   Progressed GiveUpMode(const char* why);
   bool TryAgainFromBelow();
@@ -58,6 +67,7 @@ class EventDrivenLoop {
   bool IsBeyondWork() const;
   Progressed FailNonFinite();
   DataSizes SizesSoFar() const;
+  void MeasureOutputs(double s_end);
   void NoteInterval(double end, const Mode* mode);
   void Record(const EventOutput::SmoothInterval& interval);
 
@@ -73,6 +83,7 @@ class EventDrivenLoop {
   ErrorGrowth errors_;
   RepelledStarts repelled_;
   std::optional<FlowDerivative> flow_;
+  std::optional<OutputEvaluator> outputs_;
   Progress progress_;
 
   double t_ = 0;
@@ -88,6 +99,8 @@ class EventDrivenLoop {
   StepLength length_;
   int short_modes_ = 0;  // in a row
   double mode_begin_ = 0;
+  double begin_error_ = 0;       // how far that may be off
+  double event_error_ = 0;       // the same of the last event
   std::optional<EventGap> gap_;  // after an event
   // The step that an event ended, until a mode lasts after it.
   struct EventStep {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/linalg/norms.h"
 
@@ -30,7 +31,7 @@ EventOutput::EventOutput(const Problem& problem, const Grid& grid, bool keeps_pi
 
 void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, const SmoothStep& step,
                             const std::vector<Index>& active, double end, double s_end) {
-  LegendreSeries w_series = step.guard;
+  LegendreSeries w_series = step.guard.values;
   for (const Index i : active) w_series.row(i).setZero();
   RecordNodes(x_begin, sources, step, w_series, end, s_end);
   if (keeps_pieces_) pieces_.push_back({sources.begin, end, sources.length, step.x, step.y, std::move(w_series)});
@@ -56,13 +57,21 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   const Vector slope = problem_.A * x_check + problem_.B * y_check + sources.f_at_check;
   slope_size_ = slope_size_.cwiseMax(problem_.A.AbsTimes(x_check.cwiseAbs()) + problem_.B.AbsTimes(y_check.cwiseAbs()) +
                                      sources.f_at_check.cwiseAbs());
-  RaiseRowMaxAbs(SlopeAt(step, sources, sources.check_s) - slope, defect_);
+  // What is no more than the rounding of the polynomials and of the terms is no defect.
+  constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
+  const LegendreVector slope_at = 2 / sources.length * LegendreSlopes(at_check);
+  const Vector rounding =
+      kRounding * (slope_at.cwiseAbs().sum() * SizeOfRows(step.x) + problem_.A.AbsTimes(x_check.cwiseAbs()) +
+                   problem_.B.AbsTimes(y_check.cwiseAbs())) +
+      sources.f_noise;
+  const Vector missed = (ValueOf(step.x, slope_at) - slope).cwiseAbs() - rounding;
+  RaiseRowMaxAbs(missed.cwiseMax(0), defect_);
   // What stays zero is not zero to the last bit: a state is a sum of what it moves by, y of the terms that cancel in
   // it.
   constexpr double kOfTerms = 1e-8;
   w_size_ = w_size_.cwiseMax(problem_.N.AbsTimes(kOfTerms * sources.length * slope_size_));
   Vector of_y = Vector::Zero(y.size());
-  for (const Index i : active) of_y[i] = kOfTerms * step.guard_terms[i];
+  for (const Index i : active) of_y[i] = kOfTerms * step.guard.terms[i];
   w_size_ = w_size_.cwiseMax(problem_.M.AbsTimes(of_y));
   certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
 }

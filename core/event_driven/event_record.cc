@@ -48,6 +48,7 @@ std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record, const std
     const ModeInterval& last = before ? *before : nothing;
     SwitchingTime& switching = times.emplace_back();
     switching.time = interval.begin;
+    switching.error = interval.begin_error;
     switching.entering = Without(interval.active, last.active);
     switching.leaving = Without(last.active, interval.active);
     if (interval.coupled) {

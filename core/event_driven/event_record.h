@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/context/component_errors.h"
+#include "core/problem/accuracy.h"
 #include "core/problem/solution.h"
 #include "core/types.h"
 
@@ -17,6 +17,7 @@ namespace dlcs {
 struct ModeInterval {
   double begin = 0;
   double end = 0;
+  double begin_error = 0;     // how far the begin may be off
   std::vector<Index> active;  // increasing; the indices with w_i = 0 while y_i may be positive
   bool coupled = false;       // by coupled steps of first order, because no mode lasted; `active` is empty
   std::string why;            // why coupled steps were needed; empty for a mode
@@ -29,11 +30,7 @@ struct EventRecord {
   Index coupled_steps = 0;
   Index modes_made = 0;
   double longest_step = 0;
-  // With the growth of errors and with rounding. Those of B y and w are empty unless y is a Lipschitz function of x.
-  ComponentErrors errors;
-  // States whose errors count although they are no larger than the bound of their rounding (ErrorGrowth::RelativeTo()).
-  // What one solve shows of them holds for those after it.
-  std::vector<Index> small_but_known;
+  TrajectoryErrors errors;
 
   // The work so far, in steps of an exponential integrator for the same system with `num_states` states. It is computed
   // from counts, with measured weights, so that it does not depend on the machine.

@@ -31,8 +31,8 @@ void FlowDerivative::AddEvent(const Mode& mode, const SmoothStep& step, const St
   // the event is no smooth function of the state, and the derivative holds on one side at best.
   constexpr double kTouches = 1e-6;
   const LegendreVector slope_at = LegendreSlopes(LegendreValues(s_end));
-  const double fall = step.guard.row(guard).dot(slope_at);
-  if (!(std::abs(fall) > kTouches * step.guard.row(guard).cwiseAbs().sum())) grazes_ = true;
+  const double fall = step.guard.values.row(guard).dot(slope_at);
+  if (!(std::abs(fall) > kTouches * step.guard.values.row(guard).cwiseAbs().sum())) grazes_ = true;
   if (!slope_jumps_ || fall == 0) return;
   Eigen::RowVectorXd moved = mode.guard.state.row(guard) * Phi_;
   if (mode.guard.slope.size() > 0) moved += mode.guard.slope.row(guard) * slopes_;

@@ -127,6 +127,18 @@ LinearOutput MakeGuard(const Problem& problem, const std::vector<Index>& opposit
   return guard;
 }
 
+LinearOutput MakeOutputs(const Outputs& given, const Mode& mode) {
+  const Index p = given.shown(), m = given.C.cols(), n = given.D.cols();
+  const Matrix D = given.D.Dense().topRows(p);
+  LinearOutput outputs;
+  outputs.state = SumWithoutRounding(given.C.Dense().topRows(p), D, mode.y.state);
+  outputs.g = SumWithoutRounding(Matrix::Zero(p, n), D, mode.y.g);
+  if (mode.is_explicit()) return outputs;
+  outputs.slope = SumWithoutRounding(Matrix::Zero(p, m), D, mode.y.slope);
+  outputs.f = SumWithoutRounding(Matrix::Zero(p, m), D, mode.y.f);
+  return outputs;
+}
+
 // Row rows[p] becomes Σ steps(p, q) row rows[q]. No rows: all stay.
 struct RowCombination {
   std::vector<Index> rows;
@@ -392,15 +404,22 @@ bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
   return true;
 }
 
-std::unique_ptr<Mode> ModeMaker::Make(std::vector<Index> active, const DataSizes& sizes) const {
+std::unique_ptr<Mode> ModeMaker::MakeEquations(std::vector<Index> active, const DataSizes& sizes) const {
   auto mode = std::make_unique<Mode>();
   mode->active = std::move(active);
   if (!Eliminate(sizes, *mode)) return nullptr;
   mode->guard = MakeGuard(problem_, opposite_, *mode);
+  if (problem_.outputs.shown() > 0) mode->outputs = MakeOutputs(problem_.outputs, *mode);
+  if (mode->is_explicit()) mode->dynamics = mode->F;
+  return mode;
+}
+
+std::unique_ptr<Mode> ModeMaker::Make(std::vector<Index> active, const DataSizes& sizes) const {
+  std::unique_ptr<Mode> mode = MakeEquations(std::move(active), sizes);
+  if (!mode) return nullptr;
   const double horizon = problem_.horizon;
   std::optional<PencilForm> form;
   if (mode->is_explicit()) {
-    mode->dynamics = mode->F;
     form = ComputeExplicitForm(mode->F, horizon);
   } else {
     form = ComputePencilForm(mode->E, mode->F, mode->num_algebraic, units_, horizon);

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/event_driven/sizes.h"
+#include "core/event_driven/magnitudes.h"
 #include "core/linalg/pencil_form.h"
 #include "core/problem/problem.h"
 #include "core/types.h"
@@ -41,6 +41,7 @@ struct Mode {
   std::vector<Index> active;  // S, increasing
   LinearOutput y;             // n rows, zero outside S
   LinearOutput guard;         // n rows: y_i for i in S, w_i otherwise; the mode ends where one becomes negative
+  LinearOutput outputs;       // the outputs that are not hidden, without their sources
 
   Matrix E;         // m × m; empty: the identity
   Matrix F;         // m × m
@@ -84,6 +85,8 @@ class ModeMaker {
   // The mode of `active` (increasing indices), or null if y_S is not determined: the system does not have relative
   // degree one at most on S, or not to working precision. Cost: a Schur form of m × m and factorizations of that size.
   std::unique_ptr<Mode> Make(std::vector<Index> active, const DataSizes& sizes) const;
+  // The same without form, eigenvalues, slowest and rate, for the factorizations alone.
+  std::unique_ptr<Mode> MakeEquations(std::vector<Index> active, const DataSizes& sizes) const;
 
  private:
   ModeEquations EquationsOf(const std::vector<Index>& S) const;

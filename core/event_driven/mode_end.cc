@@ -28,23 +28,39 @@ double ZeroBefore(const LegendreVector& series, double s, double level) {
   return std::abs(series.dot(LegendreValues(zero))) < level / 16 ? zero : s;
 }
 
-double ValueAtBegin(const SmoothStep& step, Index guard) { return step.guard.row(guard).dot(LegendreValues(-1)); }
+double ValueAtBegin(const SmoothStep& step, Index guard) {
+  return step.guard.values.row(guard).dot(LegendreValues(-1));
+}
+
+struct DipsByCause {
+  Dip truncation, rounding;
+};
 
 // The part of a guard that is below zero but above its level, or that may be: where the guard comes nearer to zero than
-// `error`, an event may have been missed.
-Dip MissedDip(const SmoothStep& step, Index guard, double error, double s_end) {
+// its error, an event may have been missed. What is no deeper than rounding is rounding, the rest truncation.
+DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double s_end) {
   constexpr double kOfNoise = 1.0 / 16;  // which is a bound
-  const LegendreVector series = step.guard.row(guard).transpose();
-  const double noise = step.guard_noise[guard];
-  Dip dip = DipBelowZero(series, kOfNoise * noise, s_end);
-  if (!(error > noise)) return dip;
-  const auto minimum = LowestMinimum(series, s_end);
-  if (!minimum || minimum->value >= error) return dip;
-  const double depth = error - std::max(minimum->value, 0.0);
-  const double half_width = std::min(1.0, std::sqrt(2 * depth / minimum->curvature));
-  dip.depth = NanMax(dip.depth, depth);
-  dip.mean = NanMax(dip.mean, 4.0 / 3 * depth * half_width / (1 + s_end));  // of a parabola
-  return dip;
+  constexpr double kMostNoise = 4;       // of which a guard has at most so many times as much
+  const LegendreVector series = step.guard.values.row(guard).transpose();
+  const double noise = step.guard.noise[guard];
+  const Dip dip = DipBelowZero(series, kOfNoise * noise, s_end);
+  const auto near_zero = [&](double error) {
+    Dip may_be = dip;
+    if (!(error > noise)) return may_be;
+    const auto minimum = LowestMinimum(series, s_end);
+    if (!minimum || minimum->value >= error) return may_be;
+    const double depth = error - std::max(minimum->value, 0.0);
+    const double half_width = std::min(1.0, std::sqrt(2 * depth / minimum->curvature));
+    may_be.depth = NanMax(may_be.depth, depth);
+    may_be.mean = NanMax(may_be.mean, 4.0 / 3 * depth * half_width / (1 + s_end));  // of a parabola
+    return may_be;
+  };
+  const double rounding = of_state.rounding[guard];
+  const Dip both = near_zero(step.guard.truncation[guard] + rounding + of_state.truncation[guard]);
+  Dip of_rounding = near_zero(rounding);
+  const double most = std::max(rounding, kMostNoise * noise);
+  if (of_rounding.depth > most) of_rounding = {most, of_rounding.mean * most / of_rounding.depth};
+  return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding};
 }
 
 // The fastest growth of y_T > 0 with w_T = 0 through x: y_T' = -(M_TT)⁻¹ N_T B_T y_T. Zero where y_T only decays, or is
@@ -94,7 +110,7 @@ Vector OfRepelled(const Problem& problem, const SmoothStep& step, Index i, doubl
     return Vector::Zero(problem.num_states());
   }
   const double rate_in_s = pair.rate * duration / (1 + s_end);
-  const double p = repelled.Follow(i, step.guard.row(i).transpose(), rate_in_s, unknown, s_end);
+  const double p = repelled.Follow(i, step.guard.values.row(i).transpose(), rate_in_s, unknown, s_end);
   return p / (pair.M * pair.rate) * pair.of_y.cwiseAbs();
 }
 
@@ -102,30 +118,30 @@ Vector OfRepelled(const Problem& problem, const SmoothStep& step, Index i, doubl
 
 std::optional<ModeEnd> FindModeEnd(const SmoothStep& step) {
   std::optional<ModeEnd> end;
-  for (Index i = 0; i < step.guard.rows(); ++i) {
-    const auto s = FirstCrossing(step.guard.row(i).transpose(), step.guard_level[i], end ? end->s : 1);
+  for (Index i = 0; i < step.guard.values.rows(); ++i) {
+    const auto s = FirstCrossing(step.guard.values.row(i).transpose(), step.guard_level[i], end ? end->s : 1);
     if (s && (!end || *s < end->s)) end = {*s, i};
   }
-  if (end) end->s = ZeroBefore(step.guard.row(end->guard).transpose(), end->s, step.guard_level[end->guard]);
+  if (end) end->s = ZeroBefore(step.guard.values.row(end->guard).transpose(), end->s, step.guard_level[end->guard]);
   return end;
 }
 
 bool FallsFromZero(const SmoothStep& step, const ModeEnd& end) {
   const double level = step.guard_level[end.guard], begin = ValueAtBegin(step, end.guard);
-  const double between = step.guard.row(end.guard).dot(LegendreValues((end.s - 1) / 2));
+  const double between = step.guard.values.row(end.guard).dot(LegendreValues((end.s - 1) / 2));
   return begin < level / 16 && between < begin - level / 4;
 }
 
 bool StartsBelowByTruncation(const SmoothStep& step, Index guard) {
   constexpr double kOfTail = 8;
-  const double tail = step.guard_tail[guard], begin = ValueAtBegin(step, guard);
-  return tail > 4 * step.guard_noise[guard] && begin < 0 && begin > -kOfTail * tail;
+  const double tail = step.guard.tail[guard], begin = ValueAtBegin(step, guard);
+  return tail > 4 * step.guard.noise[guard] && begin < 0 && begin > -kOfTail * tail;
 }
 
 void LetRisingGuardsStartBelow(SmoothStep& step) {
   constexpr double kLevels = 64;
-  const Vector begin = ValueOf(step.guard, LegendreValues(-1));
-  const Vector slope = ValueOf(step.guard, LegendreSlopes(LegendreValues(-1)));
+  const Vector begin = ValueOf(step.guard.values, LegendreValues(-1));
+  const Vector slope = ValueOf(step.guard.values, LegendreSlopes(LegendreValues(-1)));
   for (Index i = 0; i < begin.size(); ++i) {
     const double allowed = std::max(step.guard_allowed[i], kLevels * step.guard_level[i]);
     if (begin[i] < 0 && begin[i] >= -allowed && slope[i] > 0)
@@ -155,38 +171,52 @@ double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, 
   return std::max(0.0, -std::exchange(start, {}).p);
 }
 
-ErrorGrowth::Overlooked OverlookedEvents(const Problem& problem, const SmoothStep& step, const Vector& error_of_state,
-                                         double s_end, double duration, RepelledStarts& repelled) {
+ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
+                                                const ErrorGrowth::ByCause& of_state, double s_end, double duration,
+                                                double shortest, RepelledStarts& repelled) {
   const Matrix &B = problem.B.Dense(), &N = problem.N.Dense(), &M = problem.M.Dense();
   const Mode& mode = step.stepper->mode();
   const Vector no_state = Vector::Zero(problem.num_states());
-  ErrorGrowth::Overlooked overlooked{no_state, no_state, Vector::Zero(problem.num_constraints())};
-  const Vector error = step.guard_error + error_of_state;
-  for (Index i = 0; i < step.guard.rows(); ++i) {
+  const ErrorGrowth::Overlooked nothing{no_state, no_state, Vector::Zero(problem.num_constraints())};
+  ErrorGrowth::OverlookedByCause overlooked{nothing, nothing, nothing};
+  // Effects of y_i > 0 that is missing, or y_i < 0 that should be zero.
+  const auto add = [&](Index i, bool is_active, const Dip& dip, const Vector& of_y, ErrorGrowth::Overlooked& to) {
+    if (dip.depth == 0) return;
     const double moves = std::abs(N.row(i).dot(B.col(i)));  // w_i by y_i, a unit of time
+    if (is_active) {
+      to.slope += dip.mean * of_y;
+    } else if (M(i, i) > 0) {
+      to.slope += dip.mean / M(i, i) * of_y;
+      // A triangle that is shorter than the error of the times of events is that error, of the event before.
+      if (2 * dip.mean * duration > dip.depth * shortest) to.y[i] = dip.depth / M(i, i);
+    } else if (moves > 0) {
+      to.x += dip.depth / moves * of_y;
+    }
+  };
+  for (Index i = 0; i < step.guard.values.rows(); ++i) {
     const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
-    const LegendreVector guard = step.guard.row(i).transpose();
+    const LegendreVector guard = step.guard.values.row(i).transpose();
     // More than is allowed counts as an error elsewhere.
-    const double unknown = step.guard_noise[i] + std::min(error_of_state[i], step.guard_allowed[i]);
+    const double error_of_state = std::max(of_state.truncation[i], of_state.rounding[i]);
+    const double unknown = step.guard.noise[i] + std::min(error_of_state, step.guard_allowed[i]);
     if (is_active || !repelled.MayBe(i, guard, unknown)) {
       repelled.End(i);
     } else {
-      overlooked.x += OfRepelled(problem, step, i, unknown, s_end, duration, repelled);
+      const Vector repelled_by = OfRepelled(problem, step, i, unknown, s_end, duration, repelled);
+      overlooked.truncation.x += repelled_by;
+      overlooked.with_signs.x += repelled_by;
     }
-    const Dip dip = MissedDip(step, i, error[i], s_end);
-    if (dip.depth == 0) continue;
-    if (is_active) {
-      overlooked.slope += dip.mean * B.col(i).cwiseAbs();
-    } else if (M(i, i) > 0) {
-      overlooked.slope += dip.mean / M(i, i) * B.col(i).cwiseAbs();
-      overlooked.y[i] = dip.depth / M(i, i);
-    } else if (moves > 0) {
-      overlooked.x += dip.depth / moves * B.col(i).cwiseAbs();
-    }
+    const DipsByCause dips = MissedDip(step, i, of_state, s_end);
+    const Vector of_y = B.col(i);
+    add(i, is_active, dips.rounding, of_y.cwiseAbs(), overlooked.rounding);
+    add(i, is_active, dips.truncation, of_y.cwiseAbs(), overlooked.truncation);
+    add(i, is_active, dips.truncation, of_y, overlooked.with_signs);
   }
   if (!mode.is_explicit()) {
     const Vector settles = problem.A.Dense().diagonal().cwiseAbs().cwiseInverse();
-    overlooked.x += overlooked.slope.cwiseProduct(settles.cwiseMin(duration));
+    for (ErrorGrowth::Overlooked* of : {&overlooked.truncation, &overlooked.rounding, &overlooked.with_signs}) {
+      of->x += of->slope.cwiseProduct(settles.cwiseMin(duration));
+    }
   }
   return overlooked;
 }

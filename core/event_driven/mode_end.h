@@ -56,13 +56,14 @@ class RepelledStarts {
 };
 
 // What guards up to `s_end` may have overlooked: where they are below zero but above their levels, or nearer to zero
-// than their own error and `error_of_state`, the one that the error of the state makes. An active y_i < 0 should be
-// zero. A w_i < 0 should have made its pair active: y_i would be about w_i / M_ii; where M_ii = 0, y_i would have kept
-// x on the constraint. If a constraint should have been released earlier, the error of x is what its y causes until
-// then, at most over `duration`; for a fast state, it is the value to which the state settles. `repelled`: of the
-// steps before.
-ErrorGrowth::Overlooked OverlookedEvents(const Problem& problem, const SmoothStep& step, const Vector& error_of_state,
-                                         double s_end, double duration, RepelledStarts& repelled);
+// than their own error and `of_state`, the errors that those of the state make. An active y_i < 0 should be zero. A w_i
+// < 0 should have made its pair active: y_i would be about w_i / M_ii; where M_ii = 0, y_i would have kept x on the
+// constraint. If a constraint should have been released earlier, the error of x is what its y causes until then, at
+// most over `duration`; for a fast state, it is the value to which the state settles. What lasts less than `shortest`
+// is within the error of the times of events. `repelled`: of the steps before.
+ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
+                                                const ErrorGrowth::ByCause& of_state, double s_end, double duration,
+                                                double shortest, RepelledStarts& repelled);
 
 }  // namespace dlcs
 

@@ -67,17 +67,18 @@ Allowed AllowedErrors(const Mode& mode, const SmoothStep& step, const StatesAndG
                       const StatesAndGuards& noise, const Magnitudes& magnitudes, double tolerance, double share) {
   constexpr double kMinPartOfReach = 1e-7;
   constexpr double kMinPartOfTerms = 1e-6;
-  const Vector x_magnitude = magnitudes.x.cwiseMax(sizes.x).cwiseMax(kMinPartOfReach * magnitudes.x_reach);
-  Vector guard_magnitude = magnitudes.w;
-  for (const Index i : mode.active) guard_magnitude[i] = magnitudes.y[i];
-  guard_magnitude = guard_magnitude.cwiseMax(sizes.guard).cwiseMax(kMinPartOfTerms * step.guard_terms);
+  const Vector x_magnitude =
+      magnitudes.x.cwiseMax(sizes.x).cwiseMax(kMinPartOfReach * magnitudes.x_reach).cwiseMax(magnitudes.x_given);
+  Vector guard_magnitude = magnitudes.w.cwiseMax(magnitudes.w_given);
+  for (const Index i : mode.active) guard_magnitude[i] = std::max(magnitudes.y[i], magnitudes.y_given[i]);
+  guard_magnitude = guard_magnitude.cwiseMax(sizes.guard).cwiseMax(kMinPartOfTerms * step.guard.terms);
   return {tolerance * share * x_magnitude + noise.x, tolerance * x_magnitude + noise.x,
-          tolerance * guard_magnitude + noise.guard};
+          tolerance * guard_magnitude + magnitudes.allowed_rounding * noise.guard};
 }
 
 double ErrorRatio(const SmoothStep& step, const Allowed& allowed) {
   const double of_x = NanMax(LargestRatio(step.x_error, allowed.x), LargestRatio(step.layer, allowed.layer));
-  return NanMax(of_x, LargestRatio(step.guard_error, allowed.guard));
+  return NanMax(of_x, LargestRatio(step.guard.truncation, allowed.guard));
 }
 
 // Sets the lengths that resolve the given parts of layers. A layer that is little more than allowed may be one of
@@ -114,7 +115,9 @@ class StepErrors {
   // `size_of_source` bounds the source of each equation, and its rounding.
   void OfRows(const Vector& size_of_source);
   void OfStates();
-  void OfGuards(const Vector& lift);
+  // Of the linear functions `output` of the solution, for which `rows` has the values. `lift`: what the layers that
+  // were subtracted add to them at the start.
+  void OfLinearRows(const LinearOutput& output, const Vector& lift, StepRows& rows) const;
 
   const Vector& x_size() const { return x_size_; }
 
@@ -139,7 +142,9 @@ void StepErrors::OfRows(const Vector& size_of_source) {
     step_.slope_size = slope_size_ + AbsTimes(mode_.dynamics, x_size_);
   }
   step_.row_noise *= kUnit;
-  step_.row_error = InRows(mode_, sources_.f_error, sources_.g_error);
+  step_.row_error = InRows(mode_, sources_.f_missed.cwiseAbs(), sources_.g_missed.cwiseAbs());
+  step_.row_missed = mode_.is_explicit() ? sources_.f_missed : Vector(mode_.E * sources_.f_missed);
+  if (mode_.source_g.size() > 0) step_.row_missed += mode_.source_g * sources_.g_missed;
 }
 
 void StepErrors::OfStates() {
@@ -165,28 +170,51 @@ void StepErrors::OfStates() {
   step_.x_tail = EstimateTail(step_.x, x_coefficients_);
   step_.x_error = step_.x_tail + solution_.uncertainty + (solution_.kept_layer - x_coefficients_).cwiseMax(0);
   if ((step_.row_error.array() != 0).any()) {
-    step_.x_error += RowMaxAbs(step_.stepper->RespondAtLooks(Vector::Zero(m), signs.cwiseProduct(step_.row_error)));
+    Matrix missed(m, 2);
+    missed << signs.cwiseProduct(step_.row_error), step_.row_missed;
+    const Matrix response = step_.stepper->RespondAtLooks(Matrix::Zero(m, 2), missed);
+    step_.x_error +=
+        TruncationOf(RowMaxAbs(response.leftCols(kLooks)), RowMaxAbs(response.rightCols(kLooks)), step_.x_rounding);
   }
+  // They are zero whatever the triangular form makes of them.
+  for (const Index i : step_.unreached) step_.x_tail[i] = step_.x_error[i] = step_.layer[i] = 0;
 }
 
-// `lift`: what the layers that were subtracted add to the guards at the start.
-void StepErrors::OfGuards(const Vector& lift) {
+void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, StepRows& rows) const {
   constexpr double kOfSlopes = 16;  // the noise of x' is that of single roundings
-  const LinearOutput& guard = mode_.guard;
-  step_.guard_terms = Size(guard, x_size_, slope_size_, sources_.f_size, sources_.g_size);
-  Vector& noise = step_.guard_noise;
-  noise = kRounding * step_.guard_terms;
-  if (guard.g.size() > 0) noise += AbsTimes(guard.g, sources_.g_noise);
-  if (guard.f.size() > 0) noise += AbsTimes(guard.f, sources_.f_noise);
-  if (guard.slope.size() > 0) noise += kOfSlopes * AbsTimes(guard.slope, solution_.slope_noise);
-  const Vector coefficients = kOfCoefficient * noise + AbsTimes(guard.state, x_coefficients_);
-  // Where a guard is a small difference of states, such as the voltage of a high resistance between inductors, what
+  rows.terms = Size(output, x_size_, slope_size_, sources_.f_size, sources_.g_size);
+  Vector& noise = rows.noise;
+  noise = kRounding * rows.terms;
+  if (output.g.size() > 0) noise += AbsTimes(output.g, sources_.g_noise);
+  if (output.f.size() > 0) noise += AbsTimes(output.f, sources_.f_noise);
+  if (output.slope.size() > 0) noise += kOfSlopes * AbsTimes(output.slope, solution_.slope_noise);
+  const Vector coefficients = kOfCoefficient * noise + AbsTimes(output.state, x_coefficients_);
+  // Where a row is a small difference of states, such as the voltage of a high resistance between inductors, what
   // rounding does to them mostly cancels.
-  noise += kRounding * AbsTimes(guard.state, x_size_) + RowMaxAbs(Matrix(guard.state * of_rounding_));
-  if (solution_.IsStiff()) noise += RowMaxAbs(Matrix(guard.state * magnitudes_.rounding));
-  step_.guard_tail = EstimateTail(step_.guard, coefficients);
-  step_.guard_error = step_.guard_tail + lift.cwiseAbs() + AbsTimes(guard.g, sources_.g_error);
-  if (guard.f.size() > 0) step_.guard_error += AbsTimes(guard.f, sources_.f_error);
+  noise += kRounding * AbsTimes(output.state, x_size_) + RowMaxAbs(Matrix(output.state * of_rounding_));
+  if (solution_.IsStiff()) noise += RowMaxAbs(Matrix(output.state * magnitudes_.rounding));
+  rows.tail = EstimateTail(rows.values, coefficients);
+  // A slope misses Σ a_k P'_k over k > K, each of which is (2k + 1) P_{k-1} + (2k - 3) P_{k-3} + ...: k (k + 1)/2 a_k
+  // at the ends, of which the decay of its coefficients shows the first term.
+  constexpr double kOfSlopeShown = (kLegendreDegree + 2) / 4.0;
+  if (output.slope.size() > 0) {
+    const auto has_slope = (output.slope.array() != 0).rowwise().any().eval();
+    rows.tail = has_slope.select(kOfSlopeShown * rows.tail, rows.tail);
+  }
+  rows.truncation = rows.tail + lift.cwiseAbs();
+  Vector of_sources = AbsTimes(output.g, sources_.g_missed.cwiseAbs()), with_signs = output.g * sources_.g_missed;
+  if (output.f.size() > 0) {
+    of_sources += AbsTimes(output.f, sources_.f_missed.cwiseAbs());
+    with_signs += output.f * sources_.f_missed;
+  }
+  if (output.slope.size() > 0 && mode_.num_algebraic > 0) {
+    // What the interpolant of g misses is (1 - s²) U_{K-1}(s), whose slope at the ends is 2K times its largest value.
+    const Vector g_slopes = 4 * kLegendreDegree / sources_.length * sources_.g_missed;
+    const Matrix of_g = output.slope * mode_.correction * mode_.algebraic_g();
+    of_sources += AbsTimes(of_g, g_slopes.cwiseAbs());
+    with_signs += of_g * g_slopes;
+  }
+  rows.truncation += TruncationOf(of_sources, with_signs, noise);
 }
 
 // The levels of the guards. `lift` as above; `gap` as in TakeSmoothStep().
@@ -195,13 +223,13 @@ Vector GuardLevels(const Mode& mode, const SmoothStep& step, const Vector& guard
   // A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the step:
   // where modes accumulate, all sizes are small. A smaller violation is a negligible error.
   constexpr double kLevelPart = 1e-6;
-  Vector levels = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(step.guard_tail);
+  Vector levels = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard.noise).cwiseMax(step.guard.tail);
   if (gap) {
     const Vector slope = mode.guard.slope.size() > 0 ? AbsTimes(mode.dynamics, gap->x) : Vector();
     levels += Size(mode.guard, gap->x, slope, gap->f, gap->g);
   }
   // A guard that a layer lifts from zero: at the start the polynomials already are what follows the layer.
-  const Vector at_start = ValueOf(step.guard, LegendreValues(-1));
+  const Vector at_start = ValueOf(step.guard.values, LegendreValues(-1));
   for (Index i = 0; i < at_start.size(); ++i) {
     if (at_start[i] < -levels[i] && at_start[i] + lift[i] >= -levels[i]) levels[i] -= at_start[i];
   }
@@ -210,12 +238,17 @@ Vector GuardLevels(const Mode& mode, const SmoothStep& step, const Vector& guard
 
 }  // namespace
 
+Vector TruncationOf(const Vector& bound, const Vector& with_signs, const Vector& rounding) {
+  return (with_signs.array().abs() <= rounding.array()).select(with_signs.cwiseAbs().cwiseMin(bound), bound);
+}
+
 Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s) {
   return 2 / sources.length * ValueOf(step.x, LegendreSlopes(LegendreValues(s)));
 }
 
 EventGap GapOf(const SmoothStep& step, const StepSources& sources) {
-  return {step.x_tail, sources.f_error + EstimateTail(sources.f), sources.g_error + EstimateTail(sources.g)};
+  return {step.x_tail, sources.f_missed.cwiseAbs() + EstimateTail(sources.f),
+          sources.g_missed.cwiseAbs() + EstimateTail(sources.g)};
 }
 
 SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eigen::Ref<const Vector>& start,
@@ -232,16 +265,21 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   step.unreached = solution.unreached;
   step.layer = 2 * solution.layer.cwiseAbs();
   step.y = Output(mode.y, solution, sources);
-  step.guard = Output(mode.guard, solution, sources);
+  step.guard.values = Output(mode.guard, solution, sources);
+  if (mode.outputs.state.rows() > 0) step.outputs.values = Output(mode.outputs, solution, sources);
   step.x = std::move(solution.x);
 
   StepErrors errors(mode, sources, magnitudes, solution, step);
   errors.OfRows(RowMaxAbs(b) + 1 / kUnit * noise_of_sources);
   errors.OfStates();
   Vector lift = 2 * mode.guard.state * solution.layer;
-  errors.OfGuards(lift);
-  const Vector guard_size = SizeOfRows(step.guard);
-  const Allowed allowed = AllowedErrors(mode, step, {errors.x_size(), guard_size}, {step.x_noise, step.guard_noise},
+  errors.OfLinearRows(mode.guard, lift, step.guard);
+  if (mode.outputs.state.rows() > 0) {
+    errors.OfLinearRows(mode.outputs, 2 * mode.outputs.state * solution.layer, step.outputs);
+  }
+  step.x_size = errors.x_size();
+  const Vector guard_size = SizeOfRows(step.guard.values);
+  const Allowed allowed = AllowedErrors(mode, step, {errors.x_size(), guard_size}, {step.x_noise, step.guard.noise},
                                         magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
   step.guard_allowed = allowed.guard;
@@ -253,19 +291,43 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   return step;
 }
 
+Eigen::Matrix<double, kLegendreSize, 5> LooksBefore(double s) {
+  Eigen::Matrix<double, kLegendreSize, 5> at;
+  for (Index k = 0; k < at.cols(); ++k) {
+    at.col(k) = LegendreValues(-1 + (1 + s) * static_cast<double>(k) / static_cast<double>(at.cols() - 1));
+  }
+  return at;
+}
+
+void LimitSizes(const StepSources& sources, double s, SmoothStep& step) {
+  const Mode& mode = step.stepper->mode();
+  const auto at = LooksBefore(s);
+  const auto before = [&at](const LegendreSeries& series) { return RowMaxAbs(Matrix(series.lazyProduct(at))); };
+  const Vector x = before(step.x), f = before(sources.f), g = before(sources.g);
+  Vector slope;
+  if (!mode.is_explicit()) slope = before(2 / sources.length * DerivativeOf(step.x));
+  const auto limit = [](const Vector& size, Vector& limited) { limited = limited.cwiseMin(size); };
+  Vector rows = mode.F_terms * x + InRows(mode, f + sources.f_noise / kUnit, g + sources.g_noise / kUnit);
+  if (!mode.is_explicit()) rows += mode.E_terms * slope;
+  limit(kUnit * rows, step.row_noise);
+  limit(mode.is_explicit() ? rows : Vector(slope + AbsTimes(mode.dynamics, x)), step.slope_size);
+  limit(x, step.x_size);
+  limit(Size(mode.guard, x, slope, f, g), step.guard.terms);
+  if (step.outputs.terms.size() > 0) limit(Size(mode.outputs, x, slope, f, g), step.outputs.terms);
+}
+
 double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, const Magnitudes& magnitudes,
                         double tolerance, double share) {
-  constexpr int kLooks = 4;
-  Eigen::Matrix<double, kLegendreSize, kLooks + 1> at;
-  for (int k = 0; k <= kLooks; ++k) at.col(k) = LegendreValues(-1 + (1 + s) * k / kLooks);
-  const StatesAndGuards size{RowMaxAbs(Matrix(step.x.lazyProduct(at))), RowMaxAbs(Matrix(step.guard.lazyProduct(at)))};
+  const auto at = LooksBefore(s);
+  const StatesAndGuards size{RowMaxAbs(Matrix(step.x.lazyProduct(at))),
+                             RowMaxAbs(Matrix(step.guard.values.lazyProduct(at)))};
   // Behind s they may grow, and their rounding with them.
   const auto before = [](const Vector& noise, const Vector& part, const LegendreSeries& series) {
     const Vector whole = SizeOfRows(series);
     return Vector((part.array() < whole.array()).select(noise.cwiseProduct(part).cwiseQuotient(whole), noise));
   };
   const StatesAndGuards noise{before(step.x_noise, size.x.cwiseMax(magnitudes.x), step.x),
-                              before(step.guard_noise, size.guard, step.guard)};
+                              before(step.guard.noise, size.guard, step.guard.values)};
   return ErrorRatio(step, AllowedErrors(mode, step, size, noise, magnitudes, tolerance, share));
 }
 

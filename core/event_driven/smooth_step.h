@@ -9,17 +9,27 @@
 #include <vector>
 
 #include "core/discretization/step_sources.h"
+#include "core/event_driven/magnitudes.h"
 #include "core/event_driven/mode.h"
 #include "core/event_driven/mode_step.h"
-#include "core/event_driven/sizes.h"
 
 namespace dlcs {
 
-// x, y and the guards of `mode` on a step, as polynomials in s.
+// Linear functions of the solution on a step, as polynomials in s.
+struct StepRows {
+  LegendreSeries values;
+  Vector truncation;  // the estimated error inside the step
+  Vector tail;        // the part of it that vanishes at the end
+  Vector noise;       // a bound of the rounding
+  Vector terms;       // the sum of the absolute values of the terms
+};
+
+// x, y, the guards of `mode` and the outputs (without their sources h) on a step, as polynomials in s.
 struct SmoothStep {
   LegendreSeries x;
   LegendreSeries y;
-  LegendreSeries guard;
+  StepRows guard;
+  StepRows outputs;
   // How far below zero a guard must fall to end the mode: a millionth of the tolerance relative to its size on this
   // step, but at least its rounding and its estimated error.
   Vector guard_level;
@@ -32,21 +42,30 @@ struct SmoothStep {
   double layer_length = std::numeric_limits<double>::infinity();
   double small_layer_length = std::numeric_limits<double>::infinity();
   // The terms of error_ratio: estimated errors, and rounding.
-  Vector x_error, guard_error;
+  Vector x_error;
   Vector layer;  // of each state the size of the boundary layer that the step leaves out
-  Vector x_noise, guard_noise;
-  Vector x_tail, guard_tail;     // the part of the errors inside the step that vanishes at its end
+  Vector x_noise;
+  Vector x_tail;                 // the part of the errors inside the step that vanishes at its end
   Vector x_rounding;             // of this step alone
   Matrix rounding_at_end;        // m × 2: with signs, as Magnitudes::rounding
-  Vector guard_terms;            // for each guard the sum of the absolute values of its terms
   std::vector<Index> unreached;  // states that are zero, since nothing that is not zero reaches them
   // For the step of full length, with its mode: propagates errors.
   std::shared_ptr<const ModeStepper> stepper;
   // Bounds of the errors of the equations of the mode, for each row: from the interpolation of the sources, and from
   // an ulp in every entry of the data.
   Vector row_error, row_noise;
+  Vector row_missed;  // that of the interpolation with its signs: symmetric sources may leave nothing in some state
+  Vector x_size;      // a bound of |x|
   Vector slope_size;  // for each state the size of the terms of x'
 };
+
+// An event at `s` cuts the step: limits its sizes, and rounding with them, to those up to there. Behind the event x of
+// the old mode may grow far beyond the solution.
+void LimitSizes(const StepSources& sources, double s, SmoothStep& step);
+
+// The truncation of each component, for which there is a bound and the one with the signs that it has: the bound,
+// unless the signs leave no more than rounding, as in a state that is zero by symmetry.
+Vector TruncationOf(const Vector& bound, const Vector& with_signs, const Vector& rounding);
 
 // x' of the polynomials at `s`.
 Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s);
@@ -69,6 +88,9 @@ EventGap GapOf(const SmoothStep& step, const StepSources& sources);
 SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eigen::Ref<const Vector>& start,
                           const StepSources& sources, const Magnitudes& magnitudes, double tolerance, double share,
                           const EventGap* gap);
+
+// The polynomials at some positions up to `s`, one a column.
+Eigen::Matrix<double, kLegendreSize, 5> LooksBefore(double s);
 
 // The error ratio if the step is cut at `s`, with the sizes up to there only: after the event that ends the mode, its
 // polynomials may grow far beyond the solution. The other arguments are those of TakeSmoothStep().

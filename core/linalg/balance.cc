@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/linalg/panel_lu.h"
+#include "core/linalg/strong_components.h"
 
 namespace dlcs {
 namespace {
@@ -17,73 +18,6 @@ namespace {
 using Exponents = std::vector<int>;
 
 int ExponentOf(double value) { return std::ilogb(value); }
-
-// Tarjan's algorithm, without recursion.
-class Components {
- public:
-  Components(const Eigen::Ref<const Matrix>& A, double threshold)
-      : A_(A), threshold_(threshold), number_(A.rows(), -1), lowest_(A.rows(), -1), is_open_(A.rows(), false) {
-    for (Index root = A.rows() - 1; root >= 0; --root) {
-      if (number_[root] < 0) Visit(root);
-    }
-    std::reverse(components_.begin(), components_.end());
-  }
-  std::vector<std::vector<Index>> Take() { return std::move(components_); }
-
- private:
-  struct Visitor {
-    Index vertex;
-    Index next;  // the neighbor to look at
-  };
-
-  void Open(Index vertex, std::vector<Visitor>& path) {
-    number_[vertex] = lowest_[vertex] = count_++;
-    open_.push_back(vertex);
-    is_open_[vertex] = true;
-    path.push_back({vertex, 0});
-  }
-
-  void Visit(Index root) {
-    std::vector<Visitor> path;
-    Open(root, path);
-    while (!path.empty()) {
-      const Index i = path.back().vertex, j = path.back().next;
-      if (j < A_.rows()) {
-        ++path.back().next;
-        if (i == j || !(std::abs(A_(i, j)) > threshold_)) continue;
-        if (number_[j] < 0) {
-          Open(j, path);
-        } else if (is_open_[j]) {
-          lowest_[i] = std::min(lowest_[i], number_[j]);
-        }
-        continue;
-      }
-      path.pop_back();
-      if (!path.empty()) lowest_[path.back().vertex] = std::min(lowest_[path.back().vertex], lowest_[i]);
-      if (lowest_[i] == number_[i]) Close(i);
-    }
-  }
-
-  void Close(Index first) {
-    std::vector<Index>& component = components_.emplace_back();
-    Index vertex = -1;
-    while (vertex != first) {
-      vertex = open_.back();
-      open_.pop_back();
-      is_open_[vertex] = false;
-      component.push_back(vertex);
-    }
-    std::sort(component.begin(), component.end());
-  }
-
-  const Eigen::Ref<const Matrix>& A_;
-  const double threshold_;
-  std::vector<Index> number_, lowest_;
-  std::vector<bool> is_open_;
-  std::vector<Index> open_;
-  Index count_ = 0;
-  std::vector<std::vector<Index>> components_;
-};
 
 // 2^{e_j - e_i} a_ij
 Matrix Scaled(const Matrix& A, const Exponents& e) {
@@ -245,10 +179,6 @@ int UnitOfBlock(const Matrix& A, const BalancedMatrix& balanced, const std::vect
 }
 
 }  // namespace
-
-std::vector<std::vector<Index>> StronglyConnected(const Eigen::Ref<const Matrix>& A, double threshold) {
-  return Components(A, threshold).Take();
-}
 
 BalancedMatrix Balance(const Matrix& A) {
   const Index m = A.rows();

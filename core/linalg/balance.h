@@ -22,11 +22,6 @@ struct BalancedMatrix {
   Index size_of_block(Index b) const { return begins[b + 1] - begins[b]; }
 };
 
-// The strongly connected components of the graph i -> j where |A(i, j)| > threshold: the states that i depends on,
-// directly or not, are in its own set or in later ones. Of a triangular A, upper or lower, every state is its own set;
-// an upper one keeps its order. Cost: the entries.
-std::vector<std::vector<Index>> StronglyConnected(const Eigen::Ref<const Matrix>& A, double threshold = 0);
-
 // Sorts the states of `A` into blocks by its nonzero entries, scales each block until no power of two for one state
 // makes rows and columns smaller together [Parlett & Reinsch 1969], sorts its states by falling size of row, and scales
 // the blocks so that no coupling is larger than the blocks that it couples.

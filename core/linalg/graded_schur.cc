@@ -12,6 +12,7 @@
 #include "core/linalg/norms.h"
 #include "core/linalg/qr_iteration.h"
 #include "core/linalg/schur_form.h"
+#include "core/linalg/strong_components.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {

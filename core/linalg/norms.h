@@ -14,6 +14,10 @@ namespace dlcs {
 
 // The larger of two numbers; NaN if either is.
 inline double NanMax(double a, double b) { return a > b || std::isnan(a) ? a : b; }
+// Entry by entry.
+inline Vector NanMax(const Vector& a, const Vector& b) {
+  return a.binaryExpr(b, [](double of_a, double of_b) { return NanMax(of_a, of_b); });
+}
 
 // max |entry| of `rows` × `cols` numbers, columns of which are `stride` apart; 0 where there are none, NaN if any is
 // NaN.

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/linalg/balance.h"
+#include "core/linalg/strong_components.h"
 
 namespace dlcs {
 namespace {

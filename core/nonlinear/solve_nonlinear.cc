@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/context/sizes.h"
 #include "core/context/solve_context.h"
 #include "core/driver/error_control.h"
 #include "core/driver/report.h"
@@ -105,8 +106,10 @@ SystemSolves SolvesOf(NonlinearTask& task, Observer& observer) {
                        if (!functions.ok()) return functions.status();
                        return SolveOnGrid(task, *std::move(functions), grid, observer);
                      },
-                     .compare = [](const Solution& coarse,
-                                   const Solution& fine) { return DifferencesBetween(coarse, fine, SizesOf(fine)); },
+                     .sizes = [](const Solution& solution) { return SizesOf(solution); },
+                     .rounding_of_terms = [](const ComponentValues& sizes) { return RoundingOfTerms(sizes); },
+                     .compare = [](const Solution& coarse, const Solution& fine,
+                                   const ComponentValues& sizes) { return DifferencesBetween(coarse, fine, sizes); },
                      .unresolved = [&task](const Grid& grid,
                                            const Solution& solution) { return Unresolved(task, grid, solution); },
                      .fits = {}}};
@@ -135,7 +138,9 @@ absl::StatusOr<Solution> SolveWithinError(NonlinearTask& task, bool by_default, 
   std::vector<double> wanted;
   auto result = TrySteps(system, task.options, kMaxTrialSteps, by_default, wanted);
   if (!result.ok()) return result.status();
-  ConcludeTrials(system, *result, by_default, result->solution);
+  ConcludeTrials(system, *result, task.options, by_default, result->solution);
+  JudgeComponents(
+      task.options, [] { return AllSizesBeside(); }, result->solution.accuracy);
   if (task.options.output_times_only || task.options.has_grid()) KeepTimes(wanted, result->solution);
   return std::move(result->solution);
 }
@@ -156,6 +161,10 @@ absl::StatusOr<Solution> SolveOnGivenSteps(NonlinearTask& task, NonlinearFunctio
   }
   Observer silent;
   if (absl::Status status = CompareSteps(SolvesOf(task, silent), grid, solution); !status.ok()) return status;
+  if (solution.accuracy.source != AccuracySource::kNotEstimated) {
+    JudgeComponents(
+        task.options, [] { return AllSizesBeside(); }, solution.accuracy);
+  }
   solution.cost.seconds_total = SecondsSince(task.started);
   return solution;
 }

@@ -137,10 +137,7 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, const Vector& 
   solves_ += solution->cost.solves;
   PeriodSolve solve{.start = start, .period = period, .solution = *std::move(solution)};
   const Solution& result = solve.solution;
-  // A solve that missed the tolerance of its steps has still reached the end.
-  solve.reached = result.termination == Termination::kReachedEnd ||
-                  (result.termination == Termination::kIterationLimit && std::isnan(result.failure_time));
-  solve.reached = solve.reached && !result.pieces.empty() && result.flow;
+  solve.reached = result.termination == Termination::kReachedEnd && !result.pieces.empty() && result.flow;
   if (!solve.reached) return solve;
   const TrajectoryPiece& last = result.pieces.back();
   solve.end = last.x * LegendreValues(EndOf(last)).head(last.x.cols());
@@ -148,8 +145,8 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, const Vector& 
   if (problem_.rule == SolutionRule::kHistory) SetBranch(problem_.y0.value_or(Vector()), solve);
   largest_ = largest_.cwiseMax(solve.size);
   RaiseSizes(largest_, solve);
-  solve.error = result.accuracy.errors_x.size() == start.size() ? result.accuracy.errors_x
-                                                                : Vector::Constant(start.size(), result.accuracy.error);
+  const ErrorsByCause& errors = result.accuracy.errors.x;
+  solve.error = (errors.truncation + errors.rounding).cwiseQuotient(solve.size);
   return solve;
 }
 

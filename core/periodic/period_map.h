@@ -54,6 +54,8 @@ class PeriodMap {
   // The number of solves, with those that event_driven repeated.
   Index solves() const { return solves_; }
   const Plan& plan() const { return plan_; }
+  // With the start and the period of the last solve.
+  const Problem& problem() const { return problem_; }
 
  private:
   Problem problem_;

@@ -9,7 +9,9 @@
 #include <string>
 #include <utility>
 
+#include "core/context/sizes.h"
 #include "core/driver/report.h"
+#include "core/event_driven/mode_sizes.h"
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/periodic/oscillation.h"
@@ -344,14 +346,23 @@ Solution Search::Finish(double phase) {
                                                 : Vector::Constant(m, error_of_transient_);
     record.error = MaxAbs(of_start);
     DropJumpOfRounding(solve.size, std::max(tolerance_, record.error), solution);
-    if (accuracy.errors_x.size() == m) accuracy.errors_x += of_start.head(m);
-    // An error of the start moves y and w by as much of their sizes, as far as is known.
-    accuracy.errors_By.array() += record.error;
-    accuracy.errors_w.array() += record.error;
+    // A step that is no more than what rounding makes of the start is rounding too.
+    const Vector rounding =
+        current_.has_step()
+            ? Vector(current_.inverse.leftCols(m).cwiseAbs() * accuracy.errors.x.rounding.cwiseQuotient(solve.size))
+            : Vector::Zero(m);
+    accuracy.errors.x.truncation += (of_start - 2 * rounding).cwiseMax(0).head(m).cwiseProduct(solve.size);
+    accuracy.errors.x.rounding += rounding.head(m).cwiseProduct(solve.size);
+    // An error of the start moves y, w and outputs by as much of their sizes, as far as is known.
+    for (const ComponentKind kind : {ComponentKind::kPair, ComponentKind::kSlack, ComponentKind::kOutput}) {
+      ErrorsByCause& errors = accuracy.errors.of(kind);
+      errors.truncation += record.error * errors.own;
+    }
     accuracy.source = AccuracySource::kControlled;
     accuracy.tolerance = tolerance_;
     accuracy.tolerance_is_default = asked_.error_tolerance == 0;
-    accuracy.error = NanMax(accuracy.error + record.error, record.residual);
+    JudgeComponents(
+        asked_, [&] { return SizesBesideOf(map_.problem(), map_.plan().selection, solution); }, accuracy);
     solution.termination = Termination::kReachedEnd;
     solution.failure_time = std::numeric_limits<double>::quiet_NaN();
     solution.message = "Periodic with the period " + FormatNumber(solve.period) + ", found in " +

@@ -95,6 +95,15 @@ std::vector<Violation> Validate(const Options& options, double horizon) {
   for (const OptionRange& range : kOptionRanges) CheckRange(options, range, list);
   CheckGrid(options, options.period > 0 ? options.period : horizon, list);
   CheckPeriodOptions(options, list);
+  const auto check_absolute = [&](double tolerance, const std::string& field) {
+    if (tolerance >= 0 && std::isfinite(tolerance)) return;
+    list.Add(field, NumberText(tolerance) + "; must be finite and at least 0");
+  };
+  if (options.absolute_tolerance) check_absolute(*options.absolute_tolerance, "absolute_tolerance");
+  for (std::size_t k = 0; k < options.absolute_tolerances.size(); ++k) {
+    check_absolute(options.absolute_tolerances[k].tolerance,
+                   "absolute_tolerances[" + std::to_string(k) + "].tolerance");
+  }
   if (options.average_y && options.theta != 0 && options.theta != 0.5) {
     list.Add("average_y", "averages x and y, which means theta = 0.5, but theta is " + NumberText(options.theta));
   }

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/problem/accuracy.h"
 #include "core/types.h"
 
 namespace dlcs {
@@ -42,6 +43,12 @@ enum class Interpolation { kLinear, kCubicSpline };
 // the spectrum as in Remark 2.4. kAuto takes Theorem 2.2 if the sector allows it.
 enum class ContourChoice { kAuto, kTheorem22, kRemark24 };
 
+// The absolute tolerance of one component.
+struct ComponentTolerance {
+  Component component;
+  double tolerance = 0;
+};
+
 struct Options {
   Method method = Method::kAuto;
 
@@ -58,8 +65,9 @@ struct Options {
   // J of them.
   std::vector<double> grid_times;
 
-  // The largest allowed error of each component of x, relative to its largest value on [0, T]; also of B y if y is a
-  // Lipschitz function of x. event_driven controls its steps by it. For other methods the step comes from trial solves
+  // The largest allowed error of each state, y_i, w_i and output, relative to its largest value on [0, T];
+  // core/context/sizes.h has the definition. event_driven controls its steps by it. For other methods the step comes
+  // from trial solves
   // (core/driver/step_control.h); the solution holds the estimated error, and says if the tolerance was not reached.
   // With a tolerance a grid only gives the output times. 0: if a grid is set, its steps are used; if not, the tolerance
   // is kDefaultErrorTolerance, with at most the work of MaxDefaultSteps() steps (eight times that for event_driven if
@@ -72,6 +80,11 @@ struct Options {
     return kMaxDefaultSteps / kDefaultSteps * (kDefaultSteps + static_cast<Index>(break_points));
   }
   static constexpr double kMinErrorTolerance = 1e-13;  // below it rounding dominates
+
+  // An error of a component of at most this is accepted, too: of all components (`atol` of SciPy, with error_tolerance
+  // as `rtol`), and of single ones, which replaces that. Each is finite and at least 0; in the unit of the component.
+  std::optional<double> absolute_tolerance;
+  std::vector<ComponentTolerance> absolute_tolerances;
 
   // Whether steps or nodes are set.
   bool has_grid() const { return num_steps > 0 || step > 0 || !grid_times.empty(); }

@@ -55,4 +55,9 @@ const char* MethodName(Method method) {
   return "unknown";
 }
 
+std::string NumberedName(const Component& component) {
+  const char* const letter[] = {"x", "y", "w", "z"};
+  return letter[static_cast<int>(component.kind)] + ("[" + std::to_string(component.index) + "]");
+}
+
 }  // namespace dlcs

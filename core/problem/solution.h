@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/problem/accuracy.h"
 #include "core/problem/options.h"
 #include "core/types.h"
 
@@ -56,30 +57,6 @@ struct Certificate {
   double drift_of_rows = std::numeric_limits<double>::quiet_NaN();
 };
 
-// How the error of a trajectory was found.
-enum class AccuracySource {
-  kNotEstimated,
-  kCompared,    // with solves on other grids, for steps that were given
-  kControlled,  // steps were chosen by it
-};
-
-// The estimated error of the trajectory. Each error is the largest over the times, relative to the largest value of the
-// component on [0, T], and at least kMinError.
-struct Accuracy {
-  static constexpr double kMinError = 16 * std::numeric_limits<double>::epsilon();
-
-  AccuracySource source = AccuracySource::kNotEstimated;
-  double error = std::numeric_limits<double>::quiet_NaN();  // the largest of those below; NaN if not known
-  // The tolerance that the steps were chosen for; 0 if the steps were given. tolerance_is_default: it is the default
-  // tolerance (Options::error_tolerance).
-  double tolerance = 0;
-  bool tolerance_is_default = false;
-  Vector errors_x;   // of each state; empty if only `error` is known
-  Vector errors_By;  // of each component of B y, if y is a Lipschitz function of x
-  Vector errors_w;   // of each w_i then, relative to the largest sum of the absolute values of its terms
-  std::string note;  // one sentence: what was compared, or why there is no estimate
-};
-
 // The state jumped by `dx` = B p at `time`, with multiplier p >= 0.
 struct StateJump {
   double time = 0;
@@ -117,6 +94,7 @@ enum class SwitchingKind {
 // indices enter.
 struct SwitchingTime {
   double time = 0;
+  double error = 0;             // how far the time may be off; modes that are shorter may have been passed over
   std::vector<Index> entering;  // active from here on, increasing; during coupled steps none is active
   std::vector<Index> leaving;   // y_i = 0 from here on
   SwitchingKind kind = SwitchingKind::kSwitch;
@@ -267,6 +245,9 @@ struct Solution {
   // Outputs that reached their limits, one sentence each. If there are any, the solve is not a success.
   std::vector<std::string> reached_limits;
 
+  // The largest |x_i|, |y_i| and |w_i| at all nodes, those that are not output times too; empty where that is not
+  // known.
+  LargestValues largest;
   double step = 0;  // the longest step of the grid
   Accuracy accuracy;
   Certificate certificate;

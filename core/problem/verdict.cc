@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/problem/verdict.h"
 
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 
@@ -9,11 +10,32 @@
 namespace dlcs {
 namespace {
 
+// A certificate contradicts an answer where it is larger than this part of its size.
+constexpr double kConcern = 0.01;
+// Where steps are given, more than this part contradicts it: with an error of more than half of a number, its first
+// digit is not known.
+constexpr double kOneDigit = 0.5;
+
 // A figure with two digits: no estimate has more.
 std::string Figure(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2g", value);
   return text;
+}
+
+// `value` with two digits, rounded up.
+std::string RoundedUp(double value) {
+  const std::string text = Figure(value);
+  if (std::stod(text) >= value) return text;
+  return Figure(value + 0.05 * std::pow(10, std::floor(std::log10(value))));
+}
+
+// A sentence as a part of another one, without its period.
+std::string WithSmallLetter(std::string sentence) {
+  const bool is_name = sentence.size() > 1 && sentence[1] == '[';
+  if (!is_name && !sentence.empty()) sentence[0] = static_cast<char>(std::tolower(sentence[0]));
+  if (sentence.ends_with('.')) sentence.pop_back();
+  return sentence;
 }
 
 // A measure of the certificate, with the size to compare it with.
@@ -32,16 +54,14 @@ Measure ByRows(const char* what, double of_rows, double value, double size, bool
   return std::isnan(of_rows) ? Measure{what, value, size, shows_error} : Measure{what, of_rows, 1, shows_error};
 }
 
-void AddConcerns(const Solution& solution, Verdict& verdict) {
+// What the certificate contradicts, the worst first; notes hold the rest.
+void JudgeCertificate(const Solution& solution, Verdict& verdict) {
   const Certificate& c = solution.certificate;
-  // The error of B y is estimated where y is a Lipschitz function of x: then y jumps only at break points, which are
+  // The error of y is estimated where it is a Lipschitz function of x: then y jumps only at break points, which are
   // nodes. Grids whose steps all miss the same motion agree with each other, so that this may be the only sign of it.
-  const bool y_is_continuous = solution.accuracy.errors_By.size() > 0;
+  const bool y_is_continuous = solution.accuracy.errors.y.size() > 0 && solution.method != Method::kEventDriven;
   // Modes solve the LCP at nodes but for rounding, however long the steps are.
   const bool by_modes = solution.method == Method::kEventDriven && solution.cost.coupled_steps == 0;
-  if (by_modes && ByRows("", c.node_residual_of_rows, c.node_residual, c.lcp_scale, true).relative() > kConcern) {
-    verdict.success = false;
-  }
   const char* const advice = by_modes ? ": another method may do better." : ": shorter steps would resolve it.";
   for (const Measure& measure :
        {ByRows("the residual of the LCP at nodes", c.node_residual_of_rows, c.node_residual, c.lcp_scale, true),
@@ -50,26 +70,76 @@ void AddConcerns(const Solution& solution, Verdict& verdict) {
         Measure{"the defect of x'", c.ode_defect, c.ode_scale, false},
         Measure{"the difference of x to the integral of A x + B y + f", c.drift_of_rows, 1, true}}) {
     if (!(measure.relative() > kConcern)) continue;
-    if (measure.relative() > kNoSuccess && measure.shows_error) verdict.success = false;
-    verdict.concerns.push_back(std::string(1, static_cast<char>(measure.what[0] - 'a' + 'A')) + (measure.what + 1) +
-                               " is " + Figure(measure.relative()) + " of its size" + advice);
+    const bool asked = solution.accuracy.tolerance > 0;
+    const bool fails = measure.shows_error && (asked || by_modes || measure.relative() > kOneDigit);
+    (fails ? verdict.concerns : verdict.notes)
+        .push_back(std::string(1, static_cast<char>(measure.what[0] - 'a' + 'A')) + (measure.what + 1) + " is " +
+                   Figure(measure.relative()) + " of its size" + advice);
   }
-}
-
-std::string HowLarge(double error) {
-  if (error > 1) return "larger than x itself";
-  if (error > 0.99) return "as large as x itself";
-  return Figure(100 * error) + " % of the size of x";
-}
-
-// What the caller can change about the error. A tolerance of the caller was not met for the reason in the message.
-const char* Advice(const Accuracy& accuracy) {
-  if (!(accuracy.tolerance > 0)) return ": take shorter steps, or set a tolerance.";
-  return accuracy.tolerance_is_default ? ": set a tolerance, which allows more work." : ".";
 }
 
 std::string Within(const Accuracy& accuracy) {
   return "an error of " + FormatNumber(accuracy.tolerance) + (accuracy.tolerance_is_default ? " (the default)" : "");
+}
+
+// " beside x[0] of 31", where the size of another component decides.
+std::string Beside(const NamedComponent& named) {
+  return named.beside ? ", beside " + named.beside_name + " of " + Figure(named.beside_own) : "";
+}
+
+// "x[2] is zero: 2e-14, beside x[0] of 31"
+std::string SmallText(const NamedComponent& named) {
+  std::string text = named.name + " is ";
+  if (named.knowledge == Knowledge::kZero) return text + "zero: " + Figure(named.own) + Beside(named);
+  text += Figure(named.own);
+  text += named.digits > 0 ? ", known to " + std::to_string(named.digits) + (named.digits == 1 ? " digit" : " digits")
+                           : ", of which no digit is known";
+  return text + Beside(named);
+}
+
+// "x[1] has an error of 3e-05, allowed is 1e-06, because of steps"
+std::string MissedText(const NamedComponent& named) {
+  const bool by_steps = !(named.truncation <= named.rounding);
+  return named.name + " has an error of " + Figure(named.truncation + named.rounding) + ", allowed is " +
+         Figure(named.allowed) + ", because of " + (by_steps ? "steps" : "rounding");
+}
+
+// What can be typed so that the component is accepted: numbers a little above those that it needs.
+std::string Advice(const NamedComponent& named) {
+  const double error = named.truncation + named.rounding;
+  if (!std::isfinite(error)) return "";
+  const std::string absolute = "--absolute-tolerance " + named.name + "=" + RoundedUp(error);
+  const double relative = error / named.own;
+  if (!(relative < 1)) return absolute + " accepts it.";
+  return "--tolerance " + RoundedUp(relative) + " or " + absolute + " accepts it.";
+}
+
+// Of a solution that reached T, with an estimate of its error.
+void JudgeErrors(const Accuracy& accuracy, Verdict& verdict) {
+  std::vector<const NamedComponent*> small, missed;
+  for (const NamedComponent& named : accuracy.named) {
+    (named.knowledge == Knowledge::kMissed ? missed : small).push_back(&named);
+  }
+  for (const NamedComponent* named : small) verdict.notes.push_back(SmallText(*named) + ".");
+  const std::string estimated = "estimated error " + Figure(accuracy.error);
+  if (!missed.empty()) {
+    std::vector<std::string> sentences;
+    for (const NamedComponent* named : missed) {
+      sentences.push_back(MissedText(*named) + ": " + Advice(*named));
+    }
+    verdict.text = "reached T: " + MissedText(*missed.front());
+    if (missed.size() > 1) verdict.text += " (and " + std::to_string(missed.size() - 1) + " more)";
+    verdict.concerns.insert(verdict.concerns.begin(), sentences.begin(), sentences.end());
+  } else if (accuracy.tolerance == 0) {
+    verdict.text = "reached T, " + estimated;
+  } else if (!verdict.concerns.empty()) {
+    verdict.text = "reached T: " + WithSmallLetter(verdict.concerns.front());
+  } else {
+    verdict.text = "SOLVED within " + Within(accuracy) + ", " + estimated;
+    if (small.size() == 1) verdict.text += "; " + SmallText(*small.front());
+    if (small.size() > 1) verdict.text += "; " + std::to_string(small.size()) + " components are zero or negligible";
+    verdict.kind = VerdictKind::kSolved;
+  }
 }
 
 }  // namespace
@@ -81,38 +151,24 @@ Verdict JudgeSolution(const Solution& solution) {
     verdict.text = std::string("not solved: ") + TerminationName(solution.termination);
     return verdict;
   }
-  const bool known = accuracy.source != AccuracySource::kNotEstimated && !std::isnan(accuracy.error);
-  verdict.success = solution.reached_limits.empty();
   verdict.concerns = solution.reached_limits;
-  AddConcerns(solution, verdict);
-  if (!known) {
-    verdict.kind = VerdictKind::kErrorUnknown;
+  JudgeCertificate(solution, verdict);
+  const bool known = accuracy.source != AccuracySource::kNotEstimated && !std::isnan(accuracy.error);
+  verdict.kind = known ? VerdictKind::kErrorEstimated : VerdictKind::kErrorUnknown;
+  if (known) {
+    JudgeErrors(accuracy, verdict);
+  } else {
     verdict.text = "reached T, error not estimated";
     // If the other grids failed, there is nothing to compare the last one with.
     if (accuracy.tolerance > 0) {
-      verdict.text += ", where " + FormatNumber(accuracy.tolerance) + " was aimed at";
-      verdict.success = false;
+      verdict.text = "reached T: the error is not known, allowed is " + FormatNumber(accuracy.tolerance);
+      verdict.concerns.insert(verdict.concerns.begin(), "There is no solve to compare this one with.");
     }
-    if (!solution.reached_limits.empty()) verdict.text = "reached T, not usable: error not estimated";
-    return verdict;
   }
-  const std::string estimated = "estimated error " + Figure(accuracy.error);
-  const bool met = accuracy.source == AccuracySource::kControlled && accuracy.error <= accuracy.tolerance;
-  if (met && verdict.concerns.empty()) {
-    verdict.kind = VerdictKind::kSolved;
-    verdict.text = "SOLVED within " + Within(accuracy) + ", " + estimated;
-    return verdict;
+  verdict.success = verdict.concerns.empty();
+  if (!verdict.success && verdict.text.starts_with("reached T,")) {
+    verdict.text = "reached T: " + WithSmallLetter(verdict.concerns.front());
   }
-  verdict.kind = VerdictKind::kErrorEstimated;
-  verdict.success = verdict.success && !(accuracy.error > kNoSuccess);
-  if (accuracy.error > kConcern) {
-    verdict.concerns.insert(verdict.concerns.begin(),
-                            "The estimated error is " + HowLarge(accuracy.error) + Advice(accuracy));
-  }
-  // Some readers see this line alone.
-  const char* const warning = !verdict.success ? "not usable: " : !verdict.concerns.empty() ? "warning: " : "";
-  verdict.text = std::string("reached T, ") + warning + estimated;
-  if (accuracy.tolerance > 0 && !met) verdict.text += ", where " + FormatNumber(accuracy.tolerance) + " was aimed at";
   return verdict;
 }
 

@@ -12,10 +12,10 @@
 namespace dlcs {
 
 enum class VerdictKind {
-  kSolved,          // T was reached, and the estimated error is within the tolerance
-  kErrorEstimated,  // T was reached, and the error was estimated
+  kSolved,          // T was reached, and every component is known to the tolerance (core/context/sizes.h)
+  kErrorEstimated,  // T was reached. Steps were given, and the error was estimated; or a component missed the tolerance
   kErrorUnknown,    // T was reached, without an estimate of the error
-  kNotSolved,       // T was not reached, or not within the error tolerance set by the caller
+  kNotSolved,       // T was not reached
 };
 
 struct Verdict {
@@ -23,14 +23,11 @@ struct Verdict {
   bool success = false;               // the solution may be used; `dlcs solve` exits with 0
   std::string text;                   // one line
   std::vector<std::string> concerns;  // doubts about the solution, one sentence each
+  std::vector<std::string> notes;     // components that are zero or negligible, one sentence each
 };
 
-// An estimated error above kConcern is a concern; above kNoSuccess it is not a success. The same limits hold for the
-// relative residuals of the certificate.
-inline constexpr double kConcern = 0.01;
-inline constexpr double kNoSuccess = 0.3;
-
-// Depends on termination, accuracy, certificate and reached limits alone. A solution with a concern is never kSolved.
+// Depends on termination, accuracy, certificate and reached limits alone. A solution with a concern is never kSolved,
+// and never a success. Steps that were given are a success if the error of each component is below its size.
 Verdict JudgeSolution(const Solution& solution);
 
 // "SOLVED", "ERROR_ESTIMATED", "ERROR_UNKNOWN", "NOT_SOLVED".

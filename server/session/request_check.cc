@@ -139,7 +139,7 @@ template <typename System>
 absl::StatusOr<ValidSystem> Checked(System problem, const char* field, const v1::SolveOptions& wire_options,
                                     std::vector<Violation> violations, const SessionLimits& limits,
                                     ComponentNames names) {
-  Options options = OptionsFromProto(wire_options, violations);
+  Options options = OptionsFromProto(wire_options, names, problem.num_states(), problem.num_constraints(), violations);
   if (violations.empty()) violations = AllViolations(problem, options);
   AddNames(names, violations);
   if (!violations.empty()) return InvalidRequest(InRequest(violations, field));
@@ -203,10 +203,9 @@ absl::StatusOr<ValidEnsemble> ParseAndValidate(const v1::SolveEnsembleRequest& r
   if (!limit.ok()) return limit;
 
   std::vector<Violation> violations;
-  ValidEnsemble read{ProblemFromProto(request.problem(), violations),
-                     OptionsFromProto(request.options(), violations),
-                     {},
-                     NamesOf(request.problem())};
+  ValidEnsemble read{ProblemFromProto(request.problem(), violations), {}, {}, NamesOf(request.problem())};
+  read.options =
+      OptionsFromProto(request.options(), read.names, read.base.num_states(), read.base.num_constraints(), violations);
   for (int k = 0; k < request.members_size(); ++k) {
     read.members.push_back(
         MemberFromProto(request.members(k), request.problem(), fmt::format("members[{}]", k), violations));

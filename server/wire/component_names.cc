@@ -247,6 +247,49 @@ void AddNames(const ComponentNames& names, std::vector<Violation>& violations) {
 void AddNames(const ComponentNames& names, Solution& solution) {
   solution.message = WithNames(solution.message, names);
   for (std::string& warning : solution.warnings) warning = WithNames(warning, names);
+  for (NamedComponent& named : solution.accuracy.named) {
+    named.name = DisplayName(named.component, names);
+    if (named.beside) named.beside_name = DisplayName(*named.beside, names);
+  }
+}
+
+std::string DisplayName(const Component& component, const ComponentNames& names) {
+  const auto index = static_cast<std::size_t>(component.index);
+  const auto name_of = [&](const std::vector<std::string>& given, char letter) {
+    const std::string name = NameOf(given, index);
+    return name.empty() ? fmt::format("{}{}", letter, index + 1) : name;
+  };
+  switch (component.kind) {
+    case ComponentKind::kState:
+      return name_of(names.states, 'x');
+    case ComponentKind::kPair:
+      return name_of(names.pairs, 'y');
+    case ComponentKind::kSlack: {
+      const std::string pair = NameOf(names.pairs, index);
+      return pair.empty() || IsNumbered(pair) ? fmt::format("w{}", index + 1) : fmt::format("w({})", pair);
+    }
+    case ComponentKind::kOutput:
+      break;
+  }
+  return name_of(names.outputs, 'z');
+}
+
+std::optional<Component> ComponentNamed(const std::string& name, const ComponentNames& names, Index m, Index n) {
+  const Index p = static_cast<Index>(names.outputs.size());
+  for (const auto& [kind, size] : {std::pair(ComponentKind::kState, m), std::pair(ComponentKind::kPair, n),
+                                   std::pair(ComponentKind::kSlack, n), std::pair(ComponentKind::kOutput, p)}) {
+    for (Index i = 0; i < size; ++i) {
+      if (DisplayName({kind, i}, names) == name) return Component{kind, i};
+    }
+  }
+  if (!IsNumbered(name)) return std::nullopt;
+  Index number = 0;
+  std::from_chars(name.data() + 1, name.data() + name.size(), number);
+  const ComponentKind kind = name[0] == 'x'   ? ComponentKind::kState
+                             : name[0] == 'y' ? ComponentKind::kPair
+                                              : ComponentKind::kSlack;
+  if (number < 1 || number > (kind == ComponentKind::kState ? m : n)) return std::nullopt;
+  return Component{kind, number - 1};
 }
 
 }  // namespace dlcs

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -81,8 +82,14 @@ class NamesInFormulas {
 std::string WithNames(const std::string& text, const ComponentNames& names);
 // The same in the fields of violations: of matrices the names of row and column, A[1][0] (vC, iL).
 void AddNames(const ComponentNames& names, std::vector<Violation>& violations);
-// The same in message and warnings of a solution.
+// The same in message and warnings of a solution, and the names of the components that its accuracy lists.
 void AddNames(const ComponentNames& names, Solution& solution);
+
+// "vC", "D1", "w(D1)", "v(out)"; without names x1, y1, w1.
+std::string DisplayName(const Component& component, const ComponentNames& names);
+// The component of a system with m states and n pairs that has this display name, or x1, y1, w1; absent where there is
+// none.
+std::optional<Component> ComponentNamed(const std::string& name, const ComponentNames& names, Index m, Index n);
 
 }  // namespace dlcs
 

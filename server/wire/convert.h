@@ -55,9 +55,10 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
 EnsembleMember MemberFromProto(const v1::EnsembleMember& member, const v1::Problem& base, const std::string& field,
                                std::vector<Violation>& violations);
 NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem, std::vector<Violation>& violations);
-// `step`, `steps` must be positive and `grid_times` not empty if set: the engine reads 0 and none as not
-// set.
-Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations);
+// For a system with m states and n pairs. `step`, `steps` must be positive and `grid_times` not empty if set: the
+// engine reads 0 and none as not set.
+Options OptionsFromProto(const v1::SolveOptions& options, const ComponentNames& names, Index m, Index n,
+                         std::vector<Violation>& violations);
 
 v1::Matrix ToProto(const Matrix& matrix);
 v1::Matrix ToProto(const StructuredMatrix& matrix);
@@ -66,7 +67,7 @@ v1::Outputs ToProto(const Outputs& outputs);
 v1::Measurement ToProto(const Measurement& measurement);
 v1::MeasurementResult ToProto(const MeasurementResult& measured);
 v1::Problem ToProto(const Problem& problem);
-v1::SolveOptions ToProto(const Options& options);
+v1::SolveOptions ToProto(const Options& options, const ComponentNames& names = {});
 v1::Method ToProto(Method method);
 v1::PropagatorKind ToProto(PropagatorKind propagator);
 v1::Termination ToProto(Termination termination);

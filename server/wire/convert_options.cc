@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "fmt/format.h"
+#include "server/wire/component_names.h"
 #include "server/wire/convert.h"
+#include "server/wire/errors.h"
 
 namespace dlcs {
 namespace {
@@ -182,7 +186,34 @@ v1::PropagatorKind ToProto(PropagatorKind propagator) {
   return v1::PROPAGATOR_KIND_UNSPECIFIED;
 }
 
-Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations) {
+namespace {
+
+// The absolute tolerances of single components, each of which must be there, once.
+std::vector<ComponentTolerance> TolerancesFromProto(const v1::SolveOptions& options, const ComponentNames& names,
+                                                    Index m, Index n, std::vector<Violation>& violations) {
+  std::vector<ComponentTolerance> result;
+  for (int k = 0; k < options.absolute_tolerances_size(); ++k) {
+    const v1::ComponentTolerance& given = options.absolute_tolerances(k);
+    const std::string field = fmt::format("absolute_tolerances[{}]", k);
+    const std::optional<Component> component = ComponentNamed(given.name(), names, m, n);
+    if (!component) {
+      violations.push_back(
+          {field + ".name", fmt::format("{}; is no state, pair or output of the problem", Quoted(given.name()))});
+      continue;
+    }
+    const auto same = [&](const ComponentTolerance& other) { return other.component == *component; };
+    if (std::any_of(result.begin(), result.end(), same)) {
+      violations.push_back({field + ".name", fmt::format("{}; given twice; keep one of them", Quoted(given.name()))});
+    }
+    result.push_back({*component, given.tolerance()});
+  }
+  return result;
+}
+
+}  // namespace
+
+Options OptionsFromProto(const v1::SolveOptions& options, const ComponentNames& names, Index m, Index n,
+                         std::vector<Violation>& violations) {
   Options result;
   result.method = MethodFromProto(options.method(), violations);
   if (options.has_steps()) {
@@ -200,6 +231,8 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
     if (result.grid_times.empty()) violations.push_back({"grid_times", "no times; must hold at least one"});
   }
   result.error_tolerance = options.error_tolerance();
+  if (options.has_absolute_tolerance()) result.absolute_tolerance = options.absolute_tolerance();
+  result.absolute_tolerances = TolerancesFromProto(options, names, m, n, violations);
   result.output_times.assign(options.output_times().begin(), options.output_times().end());
   result.output_times_only = !result.output_times.empty();
   result.theta = options.theta();
@@ -229,7 +262,7 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   return result;
 }
 
-v1::SolveOptions ToProto(const Options& options) {
+v1::SolveOptions ToProto(const Options& options, const ComponentNames& names) {
   const Options defaults;
   v1::SolveOptions result;
   result.set_method(ToProto(options.method));
@@ -239,6 +272,12 @@ v1::SolveOptions ToProto(const Options& options) {
     result.mutable_grid_times()->mutable_times()->Add(options.grid_times.begin(), options.grid_times.end());
   }
   result.set_error_tolerance(options.error_tolerance);
+  if (options.absolute_tolerance) result.set_absolute_tolerance(*options.absolute_tolerance);
+  for (const ComponentTolerance& given : options.absolute_tolerances) {
+    v1::ComponentTolerance& of_component = *result.add_absolute_tolerances();
+    of_component.set_name(DisplayName(given.component, names));
+    of_component.set_tolerance(given.tolerance);
+  }
   result.mutable_output_times()->Add(options.output_times.begin(), options.output_times.end());
   result.set_theta(options.theta);
   if (options.step_solver != defaults.step_solver) result.set_step_solver(ToProto(options.step_solver));

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <cstdint>
+#include <iterator>
 #include <limits>
+#include <set>
 
 #include "core/problem/verdict.h"
 #include "server/wire/convert.h"
@@ -15,6 +18,7 @@ namespace {
 // Limit of lists in a summary, which is a single message.
 constexpr int kMaxListedSwitchings = 10000;
 constexpr Index kMaxErrors = 10000;
+constexpr int kMaxNamed = 1000;
 
 v1::Certificate ToProto(const Certificate& certificate) {
   v1::Certificate result;
@@ -41,15 +45,63 @@ v1::AccuracySource ToProto(AccuracySource source) {
   return v1::ACCURACY_SOURCE_UNSPECIFIED;
 }
 
+v1::Knowledge ToProto(Knowledge knowledge) {
+  switch (knowledge) {
+    case Knowledge::kZero:
+      return v1::KNOWLEDGE_ZERO;
+    case Knowledge::kNegligible:
+      return v1::KNOWLEDGE_NEGLIGIBLE;
+    case Knowledge::kMissed:
+      return v1::KNOWLEDGE_MISSED;
+    case Knowledge::kKnown:
+    case Knowledge::kGiven:
+      break;
+  }
+  return v1::KNOWLEDGE_UNSPECIFIED;
+}
+
+v1::NamedComponent ToProto(const NamedComponent& named) {
+  v1::NamedComponent result;
+  result.set_name(named.name);
+  result.set_knowledge(ToProto(named.knowledge));
+  result.set_size(named.own);
+  result.set_truncation(named.truncation);
+  result.set_rounding(named.rounding);
+  result.set_allowed(named.allowed);
+  result.set_digits(named.digits);
+  result.set_beside(named.beside_name);
+  result.set_beside_size(named.beside_own);
+  return result;
+}
+
 v1::Accuracy ToProto(const Accuracy& accuracy) {
   v1::Accuracy result;
   result.set_source(ToProto(accuracy.source));
   if (!std::isnan(accuracy.error)) result.set_error(accuracy.error);
   result.set_tolerance(accuracy.tolerance);
   result.set_tolerance_is_default(accuracy.tolerance_is_default);
-  Append(accuracy.errors_x.head(std::min(accuracy.errors_x.size(), kMaxErrors)), *result.mutable_errors_x());
-  Append(accuracy.errors_By.head(std::min(accuracy.errors_By.size(), kMaxErrors)), *result.mutable_errors_by());
-  Append(accuracy.errors_w.head(std::min(accuracy.errors_w.size(), kMaxErrors)), *result.mutable_errors_w());
+  std::array<std::set<Index>, std::size(kComponentKinds)> small;
+  for (const NamedComponent& named : accuracy.named) {
+    if (named.knowledge != Knowledge::kMissed) {
+      small[static_cast<std::size_t>(named.component.kind)].insert(named.component.index);
+    }
+  }
+  const auto append = [&](ComponentKind kind, google::protobuf::RepeatedField<double>& relative) {
+    const ErrorsByCause& errors = accuracy.errors.of(kind);
+    const std::set<Index>& left_out = small[static_cast<std::size_t>(kind)];
+    for (Index i = 0; i < std::min(errors.size(), kMaxErrors); ++i) {
+      const double error = left_out.contains(i) ? 0 : errors.truncation[i] + errors.rounding[i];
+      relative.Add(error == 0 ? 0 : error / errors.own[i]);
+    }
+  };
+  append(ComponentKind::kState, *result.mutable_errors_x());
+  append(ComponentKind::kPair, *result.mutable_errors_y());
+  append(ComponentKind::kSlack, *result.mutable_errors_w());
+  append(ComponentKind::kOutput, *result.mutable_errors_outputs());
+  for (const NamedComponent& named : accuracy.named) {
+    if (result.named_size() == kMaxNamed) break;
+    *result.add_named() = ToProto(named);
+  }
   result.set_note(accuracy.note);
   return result;
 }
@@ -74,6 +126,7 @@ v1::Verdict ToProto(const Verdict& verdict) {
   result.set_success(verdict.success);
   result.set_text(verdict.text);
   result.mutable_concerns()->Add(verdict.concerns.begin(), verdict.concerns.end());
+  result.mutable_notes()->Add(verdict.notes.begin(), verdict.notes.end());
   return result;
 }
 
@@ -184,6 +237,7 @@ v1::SwitchingKind ToProto(SwitchingKind kind) {
 
 v1::SwitchingTime ToProto(const SwitchingTime& switching) {
   v1::SwitchingTime result;
+  result.set_error(switching.error);
   result.set_time(switching.time);
   result.mutable_entering()->Add(switching.entering.begin(), switching.entering.end());
   result.mutable_leaving()->Add(switching.leaving.begin(), switching.leaving.end());

@@ -36,6 +36,7 @@ class Mode {
   static std::shared_ptr<Mode> Create(const RegimeSystem& regime, unsigned active, double horizon);
 
   unsigned active() const { return active_; }
+  bool IsActive(int i) const { return (active_ >> i & 1u) != 0; }
   // Row i is what must stay nonnegative: y_i where active, else w_i.
   const DenseMatrix& signs() const { return signs_; }
   const DenseMatrix& y() const { return y_; }

@@ -128,11 +128,10 @@ class Walk {
                                        std::numeric_limits<double>::quiet_NaN());
     };
     result_.times = times_;
-    result_.x = result_.By = unknown(m);
-    result_.w = unknown(system_.num_pairs());
+    result_.x = unknown(m);
+    result_.y = result_.w = unknown(system_.num_pairs());
     result_.size = system_.x0.cwiseAbs();
-    result_.size_By = Eigen::VectorXd::Zero(m);
-    result_.size_w = Eigen::VectorXd::Zero(system_.num_pairs());
+    result_.size_y = result_.size_w = Eigen::VectorXd::Zero(system_.num_pairs());
     z_.assign(m + system_.functions.size(), 0);
     for (int i = 0; i < m; ++i) z_[i] = system_.x0(i);
     for (const SmoothInterval& interval : SmoothIntervals(system_)) {
@@ -350,10 +349,11 @@ class Walk {
       const Column z = mode.After(z_before, offset);
       for (int i = 0; i < system_.num_states(); ++i) result_.x(i, static_cast<Index>(next_output_)) = ToDouble(z[i]);
       const RegimeSystem& s = regime_->system;
-      const Column y = mode.y() * z, By = s.B * y, Nz = s.N * z, My = s.M * y;
-      for (int i = 0; i < system_.num_states(); ++i) result_.By(i, static_cast<Index>(next_output_)) = ToDouble(By[i]);
+      const Column y = mode.y() * z, Nz = s.N * z, My = s.M * y;
       for (int i = 0; i < system_.num_pairs(); ++i) {
-        result_.w(i, static_cast<Index>(next_output_)) = s.unit_of_w[i] * ToDouble(Nz[i] + My[i]);
+        result_.y(i, static_cast<Index>(next_output_)) = s.unit_of_y[i] * ToDouble(y[i]);
+        result_.w(i, static_cast<Index>(next_output_)) =
+            mode.IsActive(i) ? 0 : s.unit_of_w[i] * ToDouble(Nz[i] + My[i]);
       }
       ++next_output_;
     }
@@ -368,10 +368,11 @@ class Walk {
     const auto raise = [](double& size, Real value) { size = std::max(size, std::abs(ToDouble(value))); };
     for (Index i = 0; i < result_.size.size(); ++i) raise(result_.size(i), z[i]);
     const RegimeSystem& s = regime_->system;
-    const Column y = mode.y() * z, By = s.B * y;
-    const Column Nz = AbsoluteProduct(s.N, z), My = AbsoluteProduct(s.M, y);
-    for (Index i = 0; i < result_.size_By.size(); ++i) raise(result_.size_By(i), By[i]);
-    for (Index i = 0; i < result_.size_w.size(); ++i) raise(result_.size_w(i), Real(s.unit_of_w[i]) * (Nz[i] + My[i]));
+    const Column y = mode.y() * z, Nz = s.N * z, My = s.M * y;
+    for (Index i = 0; i < result_.size_y.size(); ++i) {
+      raise(result_.size_y(i), Real(s.unit_of_y[i]) * y[i]);
+      if (!mode.IsActive(static_cast<int>(i))) raise(result_.size_w(i), Real(s.unit_of_w[i]) * (Nz[i] + My[i]));
+    }
   }
 
   // The whole of `interval`, from its begin; false if the walk ends.

@@ -38,11 +38,11 @@ struct Reference {
   std::vector<double> times;  // those asked for
   // At `times`, up to `end`: columns.
   Eigen::MatrixXd x;
-  Eigen::MatrixXd By;  // the left limit at T, and else the right one
-  Eigen::MatrixXd w;   // likewise
-  // The largest |x_i| and |(B y)_i| on [0, end], and the largest sum of the absolute values that w_i is summed from.
+  Eigen::MatrixXd y;  // the left limit at T, and else the right one
+  Eigen::MatrixXd w;  // likewise
+  // The largest |x_i|, y_i and w_i on [0, end].
   Eigen::VectorXd size;
-  Eigen::VectorXd size_By;
+  Eigen::VectorXd size_y;
   Eigen::VectorXd size_w;
 };
 

@@ -51,32 +51,72 @@ Index ColumnAt(const Solution& solution, double time) {
   return found != solution.times.end() && *found == time ? found - solution.times.begin() : -1;
 }
 
-// Raises the error of `trial` to the largest of `values` - `expected`, columns at `times`, relative to `sizes`.
-void Compare(const std::string& name, const Matrix& values, const Solution& solution, const std::vector<double>& times,
-             const Eigen::MatrixXd& expected, const Eigen::VectorXd& sizes, Trial& trial) {
-  for (size_t k = 0; k < times.size(); ++k) {
-    const Index column = ColumnAt(solution, times[k]);
-    if (column < 0 || std::isnan(expected(0, static_cast<Index>(k)))) continue;
-    for (Index i = 0; i < expected.rows(); ++i) {
-      const double difference = std::abs(values(i, column) - expected(i, static_cast<Index>(k)));
-      if (difference == 0) continue;
-      const double relative = sizes(i) > 0 ? difference / sizes(i) : std::numeric_limits<double>::infinity();
-      if (!(relative <= *trial.error)) {
-        trial.error = relative;
-        trial.component = name + std::to_string(i + 1);
-        trial.time = times[k];
+// How far a component that the engine names as zero or negligible may be off, relative to the tolerance: a zero is
+// right to its rounding, a negligible component to twice that.
+std::optional<double> AllowedOf(const Solution& solution, const Component& component) {
+  for (const NamedComponent& named : solution.accuracy.named) {
+    if (named.component != component) continue;
+    if (named.knowledge == Knowledge::kZero) return named.rounding;
+    if (named.knowledge == Knowledge::kNegligible) return 2 * named.rounding;
+  }
+  return std::nullopt;
+}
+
+// Whether the engine reports that it switches at this time, within the error of the time of the switch, or of a double.
+// There y, w and outputs may jump, and be those of the other side.
+bool MaySwitchAt(double time, const Solution& solution) {
+  constexpr double kUlps = 4 * std::numeric_limits<double>::epsilon();
+  return std::any_of(solution.switching_times.begin(), solution.switching_times.end(), [time](const SwitchingTime& at) {
+    return std::abs(time - at.time) <= std::max(at.error, kUlps * time);
+  });
+}
+
+// Whether the solution and the reference have different pairs active at the k-th time. If x is right, y is not unique
+// there: the certificate holds the solution to the LCP.
+bool HasOtherPairs(const Solution& solution, const Reference& reference, size_t k, double tolerance) {
+  const Index column = ColumnAt(solution, reference.times[k]);
+  if (column < 0) return false;
+  const auto at = static_cast<Index>(k);
+  for (Index i = 0; i < reference.y.rows(); ++i) {
+    const double y = tolerance * reference.size_y(i), w = tolerance * reference.size_w(i);
+    if (solution.y(i, column) > y && reference.w(i, at) > w) return true;
+    if (solution.w(i, column) > w && reference.y(i, at) > y) return true;
+  }
+  return false;
+}
+
+// Raises the error of `trial` to the largest of `values` - `expected`, columns at the times of the reference, relative
+// to `sizes`. An error of a named component counts by how much it is of what its name promises.
+void Compare(ComponentKind kind, const Matrix& values, const Solution& solution, const Reference& reference,
+             const Eigen::MatrixXd& expected, const Eigen::VectorXd& sizes, double tolerance, Trial& trial) {
+  constexpr double kZero = 1e-28;  // what 106 bits leave of a zero, beside the largest component
+  for (Index i = 0; i < expected.rows(); ++i) {
+    const std::optional<double> allowed = AllowedOf(solution, {kind, i});
+    for (size_t k = 0; k < reference.times.size(); ++k) {
+      const Index column = ColumnAt(solution, reference.times[k]);
+      if (column < 0 || std::isnan(expected(i, static_cast<Index>(k)))) continue;
+      if (kind != ComponentKind::kState &&
+          (MaySwitchAt(reference.times[k], solution) || HasOtherPairs(solution, reference, k, tolerance))) {
+        continue;
       }
+      const double difference = std::abs(values(i, column) - expected(i, static_cast<Index>(k)));
+      if (!(difference > kZero * sizes.maxCoeff())) continue;
+      double relative = sizes(i) > 0 ? difference / sizes(i) : std::numeric_limits<double>::infinity();
+      if (allowed) relative = tolerance * difference / *allowed;
+      if (relative <= *trial.error) continue;
+      trial.error = relative;
+      trial.component = NumberedName({kind, i}) + (allowed ? " (named)" : "");
+      trial.time = reference.times[k];
     }
   }
 }
 
-void CompareAll(const System& system, const Solution& solution, const std::vector<double>& times,
-                const Reference& reference, Trial& trial) {
+void CompareAll(const Solution& solution, const Reference& reference, double tolerance, Trial& trial) {
   trial.error = kFloor;
-  Compare("x", solution.x, solution, times, reference.x, reference.size, trial);
-  if (!system.is_lipschitz) return;
-  Compare("By", system.B * solution.y, solution, times, reference.By, reference.size_By, trial);
-  Compare("w", solution.w, solution, times, reference.w, reference.size_w, trial);
+  Compare(ComponentKind::kState, solution.x, solution, reference, reference.x, reference.size, tolerance, trial);
+  if (solution.accuracy.errors.y.size() == 0) return;  // nothing is said of y and w
+  Compare(ComponentKind::kPair, solution.y, solution, reference, reference.y, reference.size_y, tolerance, trial);
+  Compare(ComponentKind::kSlack, solution.w, solution, reference, reference.w, reference.size_w, tolerance, trial);
 }
 
 // What rounding in 106 bits may be of the reference, relative to the size of the smallest state: sums lose 1e-31 of
@@ -231,7 +271,7 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
     if (!reached) return trial;  // there may be none
     const Reference replayed = ReplayOf(system, solution, times);
     if (replayed.status == Reference::Status::kGivenUp) return trial;
-    CompareAll(system, solution, times, replayed, trial);
+    CompareAll(solution, replayed, asked.error(), trial);
     if (*trial.error <= asked.error() && replayed.status == Reference::Status::kReached) {
       trial.judgment = Judgment::kRight;
     } else if (trial.is_good_verdict && solution.method == Method::kEventDriven) {
@@ -242,7 +282,7 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
   }
 
   if (reference.status == Reference::Status::kGivenUp) return trial;
-  CompareAll(system, solution, times, reference, trial);
+  CompareAll(solution, reference, asked.error(), trial);
   if (reference.status == Reference::Status::kNoMode) {
     const bool ends_there = !reached && std::abs(solution.failure_time - reference.end) <= 1e-3 * system.horizon;
     trial.judgment = ends_there ? Judgment::kRight : Judgment::kNotJudged;

@@ -67,6 +67,7 @@ class ArgumentsTest(unittest.TestCase):
         + (fails(KeyError("k")), fails(ZeroDivisionError()), fails(MemoryError()), ["0", "0"], [[1]], []),
         "f[0]": ({"a": 1}, {1}, b"sin(t)", [1j], [None], [10**400], (0 for _ in range(1)), [math.sin]),
         "tol": (0, -1, NAN, INF, "1e-6", [1e-6], object()),
+        "atol": (-1, NAN, INF, "1e-6", [1e-6], object()),
         "rule": (5, "biggest", b"unique"),
         "title": (None, 5),
         "steps": (1.5, 2**70, None, "many", [1]),
@@ -92,7 +93,8 @@ class ArgumentsTest(unittest.TestCase):
                     self.assertLess(len(str(raised.exception)), 300)
 
     def test_say_what_was_meant(self):
-        for given, message in (({"rtol": 1e-3}, "rtol: is not an option; did you mean tol?"),
+        for given, message in (({"rtol": 1e-3, "tol": 1e-3}, "rtol: is another name of tol; give one of them"),
+                               ({"atol": {"x9": 1}}, '"x9"; is no state, pair or output of the problem'),
                                ({"tol": "1e-6"}, "tol: '1e-6'; must be a positive number")):  # fmt: skip
             with self.assertRaisesRegex(dlcs.InvalidArgument, re.escape(message)):
                 dlcs.solve(**(DECAY | given))

@@ -68,21 +68,24 @@ Problem RandomSystem(LcpGenerator& random) {
   return problem;
 }
 
-double TrueError(const Problem& problem, const Solution& solution, const Solution& exact, bool y_counts) {
-  const auto largest = [](const Matrix& computed, const Matrix& known) {
+double TrueError(const Solution& solution, const Solution& exact, bool y_counts) {
+  const auto is_named = [&solution](const Component& component) {
+    return std::any_of(solution.accuracy.named.begin(), solution.accuracy.named.end(), [&](const auto& named) {
+      return named.component == component && named.knowledge != Knowledge::kMissed;
+    });
+  };
+  const auto largest = [&](ComponentKind kind, const Matrix& computed, const Matrix& known) {
     const Vector size = RowMaxAbs(known), difference = RowMaxAbs(computed - known);
     double error = 0;
     for (Index i = 0; i < size.size(); ++i) {
-      if (difference[i] > 0) error = NanMax(error, difference[i] / size[i]);
+      if (difference[i] > 0 && !is_named({kind, i})) error = NanMax(error, difference[i] / size[i]);
     }
     return error;
   };
-  const double error = largest(solution.x, exact.x);
+  const double error = largest(ComponentKind::kState, solution.x, exact.x);
   if (!y_counts) return error;
-  const Matrix g = exact.w - problem.N * exact.x - problem.M * exact.y;
-  const Vector size_w = problem.N.AbsTimes(RowMaxAbs(exact.x)) + problem.M.AbsTimes(RowMaxAbs(exact.y)) + RowMaxAbs(g);
-  const double error_w = (RowMaxAbs(solution.w - exact.w).array() / size_w.array()).maxCoeff();
-  return NanMax(NanMax(error, error_w), largest(problem.B * solution.y, problem.B * exact.y));
+  return NanMax(error, NanMax(largest(ComponentKind::kPair, solution.y, exact.y),
+                              largest(ComponentKind::kSlack, solution.w, exact.w)));
 }
 
 }  // namespace dlcs::testing

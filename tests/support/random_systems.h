@@ -16,10 +16,9 @@ namespace dlcs::testing {
 // needed.
 Problem RandomSystem(LcpGenerator& random);
 
-// The largest error over times and components of x, and of B y and w where `y_counts`, relative to the largest value of
-// the component in `exact`, which has the same times; of w to the largest sum of absolute values that it is summed
-// from.
-double TrueError(const Problem& problem, const Solution& solution, const Solution& exact, bool y_counts);
+// The largest error over times and components of x, and of y and w where `y_counts`, relative to the largest value of
+// the component in `exact`, which has the same times. Components that `solution` names as small are left out.
+double TrueError(const Solution& solution, const Solution& exact, bool y_counts);
 
 }  // namespace dlcs::testing
 

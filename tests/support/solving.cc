@@ -40,6 +40,15 @@ Solution SolveAt(const Problem& problem, double tolerance, std::vector<double> t
   return SolveWith(problem, options);
 }
 
+double FigureOf(const ErrorsByCause& errors) {
+  double figure = 0;
+  for (Index i = 0; i < errors.size(); ++i) {
+    const double error = errors.truncation[i] + errors.rounding[i];
+    if (!(error <= figure * errors.own[i])) figure = error / errors.own[i];
+  }
+  return figure;
+}
+
 Vector LastState(const Solution& solution) { return solution.x.col(solution.x.cols() - 1); }
 
 std::vector<double> SwitchesOf(const Solution& solution) {

@@ -29,6 +29,9 @@ inline constexpr double kNoTolerance = 0;
 
 Vector LastState(const Solution& solution);
 
+// The largest estimated error of components, relative to their sizes.
+double FigureOf(const ErrorsByCause& errors);
+
 // Where the active set changes, the start left out.
 std::vector<double> SwitchesOf(const Solution& solution);
 

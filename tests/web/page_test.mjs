@@ -200,7 +200,7 @@ test("tells answers that are of no use from others", async () => {
   const wave = '{"A": [[0, 1], [-400, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0.001]], "x0": [1, 0], "T": 20}';
   for (const [problem, options, said] of [
     [wrongStart, {}, "INCONSISTENT_STATE"],
-    [wave, { method: "time-stepping", steps: 100 }, "not usable"],
+    [wave, { method: "time-stepping", steps: 100 }, "inaccurate"],
   ]) {
     await page.goto(`${dlcsd.url}/#/submit`);
     await submit(page, problem, options);

@@ -55,13 +55,13 @@ void PrintRows(const std::vector<std::vector<std::string>>& rows) {
   }
 }
 
-// How the job ended, in a word or two: "SOLVED", "reached T", "not usable", "INFEASIBLE"; "2 failed" of an ensemble.
+// How the job ended, in a word or two: "SOLVED", "reached T", "inaccurate", "INFEASIBLE"; "2 failed" of an ensemble.
 std::string VerdictCell(const v1::SolveJob& job) {
   if (const auto failed = job.ensemble().counts().failed(); failed > 0) return fmt::format("{} failed", failed);
   if (!job.has_summary()) return "-";
   const v1::Summary& summary = job.summary();
   if (summary.termination() != v1::TERMINATION_REACHED_END) return VerdictText(summary);
-  if (!Succeeded(summary)) return "not usable";
+  if (!Succeeded(summary)) return "inaccurate";
   return summary.verdict().kind() == v1::VERDICT_KIND_SOLVED ? "SOLVED" : "reached T";
 }
 

@@ -59,8 +59,15 @@ constexpr SolveOption kTable[] = {
      .flag = "--tolerance",
      .kind = kNumber,
      .value = "E",
-     .help = "Largest error of each component of x, relative to its largest value (1e-6, unless steps are given). The "
-             "steps are chosen to meet it; --step, --steps and --grid then only set the output times",
+     .help = "Largest error of each state, pair and output, relative to its largest value (1e-6, unless steps are "
+             "given). The steps are chosen to meet it; --step, --steps and --grid then only set the output times",
+     .group = kEveryday},
+    {.field = "absolute_tolerances",
+     .flag = "--absolute-tolerance",
+     .kind = kTolerances,
+     .value = "A|NAME=A,...",
+     .help = "An error of at most A is accepted too, in every component, or in those that are named: states, pairs, "
+             "w(PAIR), outputs. May be repeated",
      .group = kEveryday},
     {.field = "steps",
      .flag = "--steps",
@@ -325,10 +332,59 @@ double ParsePeriod(const std::string& text, const std::string& flag) {
   return text == "auto" ? -1 : CheckedNumber(text, rule, flag);
 }
 
+// The parts of `text` between commas that are not inside parentheses, since v(a,b) is a name.
+std::vector<std::string> SplitAtCommas(const std::string& text) {
+  std::vector<std::string> parts(1);
+  int depth = 0;
+  for (const char c : text) {
+    depth += c == '(' ? 1 : c == ')' ? -1 : 0;
+    if (c == ',' && depth == 0) {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+// "1e-9", "iL=1e-9,v(a,b)=1e-6" or both.
+void ReadTolerances(const std::string& text, const std::string& flag, v1::SolveOptions& options) {
+  const NumberRule rule = Within("a number at least 0, or NAME=NUMBER", 0, std::numeric_limits<double>::max());
+  for (const std::string& part : SplitAtCommas(text)) {
+    const std::size_t equals = part.rfind('=');
+    const double tolerance = CheckedNumber(equals == std::string::npos ? part : part.substr(equals + 1), rule, flag);
+    if (equals == std::string::npos) {
+      options.set_absolute_tolerance(tolerance);
+      continue;
+    }
+    v1::ComponentTolerance& of_component = *options.add_absolute_tolerances();
+    of_component.set_name(part.substr(0, equals));
+    of_component.set_tolerance(tolerance);
+  }
+}
+
+std::string TypedTolerances(const v1::SolveOptions& options) {
+  std::vector<std::string> parts;
+  if (options.has_absolute_tolerance()) parts.push_back(fmt::format("{}", options.absolute_tolerance()));
+  for (const v1::ComponentTolerance& of_component : options.absolute_tolerances()) {
+    parts.push_back(fmt::format("{}={}", of_component.name(), of_component.tolerance()));
+  }
+  return fmt::format("{}", fmt::join(parts, ","));
+}
+
+// Whether the option of `row` is set.
+bool IsSet(const SolveOption& row, const v1::SolveOptions& options) {
+  if (row.kind == OptionKind::kTolerances && options.has_absolute_tolerance()) return true;
+  return Find(options, row.field).is_set();
+}
+
 // The text after the flag of `row` for the value at `place`.
 std::string TypedValue(const SolveOption& row, const Place& place, const v1::SolveOptions& options) {
-  const double number = row.kind == OptionKind::kTimes || row.kind == OptionKind::kNodes ? 0 : NumberAt(place);
+  const bool is_list = place.field->is_repeated() || row.kind == OptionKind::kNodes;
+  const double number = is_list ? 0 : NumberAt(place);
   switch (row.kind) {
+    case OptionKind::kTolerances:
+      return TypedTolerances(options);
     case OptionKind::kWord:
       return EnumWord(*place.field->enum_type(), static_cast<int>(number));
     case OptionKind::kTimes:
@@ -357,6 +413,7 @@ const SolveOption* FindSolveOption(std::string_view flag) {
 
 std::string_view FlagOf(std::string_view field) {
   if (field == "grid") return "--step, --steps or --grid";  // the oneof of the three
+  if (field == "absolute_tolerance") field = "absolute_tolerances";  // both of one option
   for (const SolveOption& row : SolveOptionTable()) {
     if (row.field == field) return row.flag;
   }
@@ -402,6 +459,17 @@ CLI::Option* AddSolveOption(CLI::App& app, const SolveOption& row, v1::SolveOpti
       return add_text([set, flag](const std::string& text) { set(ParsePeriod(text, flag)); });
     case OptionKind::kBytes:
       return add_text([set, flag](const std::string& text) { set(ParseBytes(text, flag)); });
+    case OptionKind::kTolerances:
+      return app
+          .add_option_function<std::vector<std::string>>(
+              flag,
+              [&options, flag](const std::vector<std::string>& texts) {
+                for (const std::string& text : texts) ReadTolerances(text, flag, options);
+              },
+              row.help)
+          ->type_name(row.value)
+          ->expected(1)
+          ->take_all();
   }
   return nullptr;
 }
@@ -410,7 +478,7 @@ std::vector<std::string> AsTyped(const v1::SolveOptions& options, const std::str
   std::vector<std::string> words;
   for (const SolveOption& row : SolveOptionTable()) {
     const Place place = Find(options, row.field);
-    if (!place.is_set()) continue;
+    if (!IsSet(row, options)) continue;
     const bool says_no = row.kind == OptionKind::kNegatable && NumberAt(place) == 0;
     words.push_back(says_no ? "--no" + std::string(row.flag.substr(1)) : std::string(row.flag));
     if (row.kind == OptionKind::kFlag || row.kind == OptionKind::kNegatable) continue;
@@ -423,7 +491,7 @@ std::vector<std::string> AsTyped(const v1::SolveOptions& options, const std::str
 std::vector<std::string> OptionsWithoutEffect(const v1::SolveOptions& options, v1::Method used, bool nonlinear) {
   std::vector<std::string> lines;
   for (const SolveOption& row : SolveOptionTable()) {
-    if (!Find(options, row.field).is_set()) continue;
+    if (!IsSet(row, options)) continue;
     if (row.linear_only && nonlinear) {
       lines.push_back(fmt::format("{} had no effect: it is for linear systems", row.flag));
     } else if (row.method != v1::METHOD_UNSPECIFIED && used != v1::METHOD_UNSPECIFIED && row.method != used) {

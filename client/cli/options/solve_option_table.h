@@ -20,15 +20,16 @@ namespace dlcs::client {
 
 // The kind of value of an option, and of its field.
 enum class OptionKind {
-  kNumber,     // a number in its range
-  kWord,       // an enumerator
-  kFlag,       // nothing
-  kNegatable,  // nothing: --name sets true, --no-name false
-  kTimes,      // times and ranges of times
-  kNodes,      // times, or a file with them
-  kWindow,     // auto, whole or a number of steps
-  kPeriod,     // auto or a number
-  kBytes,      // 8GB
+  kNumber,      // a number in its range
+  kWord,        // an enumerator
+  kFlag,        // nothing
+  kNegatable,   // nothing: --name sets true, --no-name false
+  kTimes,       // times and ranges of times
+  kNodes,       // times, or a file with them
+  kWindow,      // auto, whole or a number of steps
+  kPeriod,      // auto or a number
+  kBytes,       // 8GB
+  kTolerances,  // a number for all components, and NAME=NUMBER
 };
 
 // The part of the help for an option that applies to every method.

@@ -104,8 +104,11 @@ void PrintAccuracy(const v1::Accuracy& accuracy, std::FILE* out) {
     const auto largest = [](const Doubles& errors) { return *std::max_element(errors.begin(), errors.end()); };
     std::string parts;
     if (!accuracy.errors_x().empty()) parts += fmt::format(": {:.1e} of x", largest(accuracy.errors_x()));
-    if (!accuracy.errors_by().empty()) parts += fmt::format(", {:.1e} of B y", largest(accuracy.errors_by()));
+    if (!accuracy.errors_y().empty()) parts += fmt::format(", {:.1e} of y", largest(accuracy.errors_y()));
     if (!accuracy.errors_w().empty()) parts += fmt::format(", {:.1e} of w", largest(accuracy.errors_w()));
+    if (!accuracy.errors_outputs().empty()) {
+      parts += fmt::format(", {:.1e} of outputs", largest(accuracy.errors_outputs()));
+    }
     fmt::print(out, "  estimated error  {:.1e} of the size of each component{}\n", accuracy.error(), parts);
   } else {
     fmt::print(out, "  estimated error  none\n");
@@ -275,6 +278,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
                                 summary.reason()));
   for (const std::string& concern : summary.verdict().concerns()) paper.Print("Warning: ", concern);
   for (const std::string& warning : summary.warnings()) paper.Print("Warning: ", warning);
+  for (const std::string& note : summary.verdict().notes()) paper.Print("Note: ", note);
   if (!result.times.empty()) {
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
   }

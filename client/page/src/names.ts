@@ -70,7 +70,7 @@ export function statusOf({state, summary, ensemble}: SolveJob): {text: string; l
 
 /** Of a summary without success. */
 export function uselessText(summary: Summary): string {
-  return summary.termination === Termination.REACHED_END ? 'not usable' : verdictText(summary);
+  return summary.termination === Termination.REACHED_END ? 'inaccurate' : verdictText(summary);
 }
 
 export function titleOf(job: SolveJob): string {

@@ -9,8 +9,8 @@
 
 #include "core/lcp/dense/basic_solutions.h"
 #include "core/lcp/dense/complementary_solver.h"
-#include "core/linalg/balance.h"
 #include "core/linalg/decompositions.h"
+#include "core/linalg/strong_components.h"
 #include "core/matrix_classes/positive_semidefinite.h"
 
 namespace dlcs {

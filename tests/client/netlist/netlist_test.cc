@@ -327,7 +327,8 @@ TEST(NetlistTest, PassesHysteresisWhereLargeTermsCancel) {
       ".model SX SW(RON={0.1/(1+0.1u)} ROFF=1Meg VT=0.5)\n.tran 10u 2m uic\n.print v(n2)\n"};
   for (const std::string& circuit : circuits) {
     const auto coarse = Solved(circuit, "--tolerance 1e-5 --at 1e-3,2e-3");
-    const auto fine = Solved(circuit, "--tolerance 1e-8 --at 1e-3,2e-3");
+    // Pairs with steep characteristics leave 3e-7 V of the voltages unknown.
+    const auto fine = Solved(circuit, "--tolerance 1e-8 --absolute-tolerance 1e-6 --at 1e-3,2e-3");
     for (const auto& [name, values] : fine["outputs"].items()) {
       for (std::size_t k = 0; k < 2; ++k) {
         EXPECT_NEAR(coarse["outputs"][name][k].get<double>(), values[k].get<double>(), 1e-4) << name << "\n" << circuit;
@@ -345,7 +346,7 @@ TEST(NetlistTest, SaysWhatSlides) {
   EXPECT_THAT(slides.err, HasSubstr("S1 slides from t = 0.000356675 on, for 0.00464 s in all"));
   const auto verdict = nlohmann::json::parse(slides.out)["summary"]["verdict"];
   EXPECT_EQ(verdict["kind"], "VERDICT_KIND_ERROR_ESTIMATED");
-  EXPECT_THAT(verdict["text"].get<std::string>(), HasSubstr("reached T, warning: S1 slides"));
+  EXPECT_THAT(verdict["text"].get<std::string>(), HasSubstr("reached T: S1 slides"));
   EXPECT_EQ(verdict["concerns"].size(), 1u);
 
   const auto switches = Solved(circuit + ".model SX SW(RON=1 VT=3 VH=0.5)\n", "--at 5e-3");
@@ -515,8 +516,8 @@ TEST(NetlistTest, ASwitchAtTheLimitOfItsCurrentIsNoSuccess) {
   const ProgramOutcome outcome = RunDlcs("solve " + file);
   std::remove(file.c_str());
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_THAT(outcome.out, AllOf(HasSubstr("not usable"), HasSubstr("i(S2) reaches its limit 0.03 at t = "),
-                                 Not(HasSubstr("  i(S2)"))));
+  EXPECT_THAT(outcome.out,
+              AllOf(HasSubstr("reached T: i(S2) reaches its limit 0.03 at t = "), Not(HasSubstr("  i(S2)"))));
 }
 
 TEST(NetlistTest, ATableHasAllItsRows) {

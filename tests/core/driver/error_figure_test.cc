@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -52,7 +53,8 @@ struct Ratios {
   std::vector<double> values;
 
   void Add(double figure, double error) {
-    values.push_back(std::max(figure, Accuracy::kMinError) / std::max(error, Accuracy::kMinError));
+    constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+    values.push_back(std::max(figure, kRounding) / std::max(error, kRounding));
   }
   double Below(double bound) const {
     const auto count = std::count_if(values.begin(), values.end(), [&](double ratio) { return !(ratio >= bound); });
@@ -64,7 +66,7 @@ struct Ratios {
   }
 };
 
-bool YCounts(const Solution& solution) { return solution.accuracy.errors_By.size() > 0; }
+bool YCounts(const Solution& solution) { return solution.accuracy.errors.y.size() > 0; }
 
 TEST(ErrorFigureTest, OfFixedStepsIsSeldomBelowAThird) {
   LcpGenerator random(Seed());
@@ -84,7 +86,8 @@ TEST(ErrorFigureTest, OfFixedStepsIsSeldomBelowAThird) {
     ASSERT_EQ(solution.accuracy.source, AccuracySource::kCompared) << solution.accuracy.note;
     const Solution exact = SecondOpinionOf(problem, solution);
     if (exact.termination != Termination::kReachedEnd) continue;
-    const double error = TrueError(problem, solution, exact, YCounts(solution));
+    const double error = TrueError(solution, exact, YCounts(solution));
+    if (solution.accuracy.error >= 1) continue;  // nothing is known, and that is said
     ratios.Add(solution.accuracy.error, error);
     if (std::getenv("DLCS_TEST_SEED")) {
       std::printf("%4d %-18s %6ld steps figure %.2e error %.2e ratio %.3f\n", trial, MethodName(solution.method),
@@ -177,7 +180,7 @@ TEST(ErrorFigureTest, KnowsTheErrorOfSingleSteps) {
   for (const Method method : {Method::kExponentialIntegrator, Method::kTimeStepping}) {
     options.method = method;
     const Solution solution = SolveBy(problem, options);
-    const double error = TrueError(problem, solution, SecondOpinionOf(problem, solution), true);
+    const double error = TrueError(solution, SecondOpinionOf(problem, solution), true);
     EXPECT_GT(error, 1e-6);
     EXPECT_GE(solution.accuracy.error, error / 3) << MethodName(method);
   }
@@ -235,7 +238,7 @@ TEST_P(ControlledFigureTest, IsNeverBelowAThird) {
     if (std::isnan(solution.accuracy.error)) continue;
     const Solution exact = SecondOpinionOf(problem, solution);
     if (exact.termination != Termination::kReachedEnd) continue;
-    const double error = TrueError(problem, solution, exact, YCounts(solution));
+    const double error = TrueError(solution, exact, YCounts(solution));
     ratios.Add(solution.accuracy.error, error);
     EXPECT_GE(ratios.values.back(), 1.0 / 3)
         << "trial " << trial << ": " << solution.accuracy.error << " for " << error;

@@ -7,22 +7,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <utility>
 
 namespace dlcs {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Differences of one state.
-ComponentErrors Of(double difference) { return {Vector::Constant(1, difference), {}}; }
-double ErrorOf(const Convergence& convergence) { return convergence.errors().largest(); }
+// Differences of one state of size 1.
+ComponentValues Of(double difference) { return {Vector::Constant(1, difference)}; }
+void Add(double difference, Convergence& convergence) { convergence.Add(Of(difference), difference); }
+double ErrorOf(const Convergence& convergence) {
+  const double error = convergence.errors().x[0];
+  EXPECT_TRUE(error == convergence.relative_error() || std::isnan(error));
+  return error;
+}
 
 TEST(ConvergenceTest, OfAPowerLawKnowsOrderAndError) {
   for (const double order : {0.5, 1.0, 1.7, 2.0}) {
     Convergence convergence;
     const auto error = [&](int k) { return 3 * std::exp2(-order * k); };
-    for (int k = 1; k <= 3; ++k) convergence.Add(Of(error(k - 1) - error(k)));
+    for (int k = 1; k <= 3; ++k) Add(error(k - 1) - error(k), convergence);
     EXPECT_NEAR(convergence.order(), order, 1e-12);
     EXPECT_NEAR(ErrorOf(convergence), error(3), 1e-12) << order;
   }
@@ -30,14 +37,14 @@ TEST(ConvergenceTest, OfAPowerLawKnowsOrderAndError) {
 
 TEST(ConvergenceTest, TrustsTheWorstOfTheLastTwoRatios) {
   Convergence lucky;
-  for (const double difference : {1.0, 0.5, 1e-6}) lucky.Add(Of(difference));
+  for (const double difference : {1.0, 0.5, 1e-6}) Add(difference, lucky);
   EXPECT_DOUBLE_EQ(lucky.order(), 1);
   EXPECT_DOUBLE_EQ(ErrorOf(lucky), 0.25);  // what order one lets expect of 0.5
 }
 
 TEST(ConvergenceTest, OfNumbersThatAreNotFiniteKnowsNothing) {
   Convergence convergence;
-  for (const double difference : {1.0, 0.5, kNaN}) convergence.Add(Of(difference));
+  for (const double difference : {1.0, 0.5, kNaN}) Add(difference, convergence);
   EXPECT_TRUE(std::isnan(ErrorOf(convergence)));
 }
 
@@ -45,13 +52,13 @@ TEST(ConvergenceTest, OfNumbersThatAreNotFiniteKnowsNothing) {
 TEST(ConvergenceTest, ExpectsNoMoreThanTheOrderOfTheMethod) {
   Convergence convergence(1);
   for (const double difference : {1.0, 0.25, 0.0625}) {
-    convergence.Add({Vector{{difference, difference / 100}}, Vector{{difference / 10}}});
+    convergence.Add({Vector{{difference, difference / 100}}, Vector{{difference / 10}}}, difference);
   }
   EXPECT_DOUBLE_EQ(convergence.order(), 1);
-  const ComponentErrors errors = convergence.errors();
+  const ComponentValues errors = convergence.errors();
   EXPECT_DOUBLE_EQ(errors.x[0], 0.25);
   EXPECT_DOUBLE_EQ(errors.x[1], 0.0025);
-  EXPECT_DOUBLE_EQ(errors.By[0], 0.025);
+  EXPECT_DOUBLE_EQ(errors.y[0], 0.025);
 }
 
 TEST(RelativeDifferenceTest, ComparesRowsWithTheirOwnSize) {
@@ -91,15 +98,21 @@ struct MadeUpMethod {
   }
 };
 
+TrialSolves TrialsOf(std::function<absl::StatusOr<Solution>(const Grid&)> solve) {
+  return {.solve = std::move(solve),
+          .sizes = [](const Solution& solution) { return SizesOf(solution); },
+          .rounding_of_terms = [](const ComponentValues& sizes) { return RoundingOfTerms(sizes); },
+          .compare = [](const Solution& coarse, const Solution& fine,
+                        const ComponentValues& sizes) { return DifferencesBetween(coarse, fine, sizes); },
+          .fits = {}};
+}
+
 ControlledSolution Control(MadeUpMethod& method, double tolerance, Index most_steps = 1 << 20) {
   Options options;
   options.num_steps = 64;
-  const StepControl control{.tolerance = tolerance, .most_steps = most_steps, .nodes_kept = 4096};
-  const TrialSolves trials{
-      .solve = std::ref(method),
-      .compare = [](const Solution& coarse,
-                    const Solution& fine) { return DifferencesBetween(coarse, fine, SizesOf(fine)); },
-      .fits = {}};
+  options.error_tolerance = tolerance;
+  const StepControl control{.options = options, .most_steps = most_steps, .nodes_kept = 4096};
+  const TrialSolves trials = TrialsOf(std::ref(method));
   return SolveToTolerance(control, MakeGrid(1, {}, options), trials).value();
 }
 
@@ -121,21 +134,19 @@ absl::StatusOr<Solution> SwitchAtNextNode(const Grid& grid) {
 TEST(SolveToToleranceTest, HalvedStepsThatPlaceASwitchAlikeProveNothing) {
   Options options;
   options.num_steps = 64;
-  const StepControl control{.tolerance = 1e-4, .expected_order = 1, .most_steps = 1 << 20, .nodes_kept = 4096};
-  TrialSolves trials{.solve = SwitchAtNextNode,
-                     .compare = [](const Solution& coarse,
-                                   const Solution& fine) { return DifferencesBetween(coarse, fine, SizesOf(fine)); },
-                     .fits = {}};
-  trials.at_switches = [](const Solution&) { return Of(1); };
+  options.error_tolerance = 1e-4;
+  const StepControl control{.options = options, .expected_order = 1, .most_steps = 1 << 20, .nodes_kept = 4096};
+  TrialSolves trials = TrialsOf(SwitchAtNextNode);
+  trials.at_switches = [](const Solution&, const ComponentValues&) { return Of(1); };
   const ControlledSolution result = SolveToTolerance(control, MakeGrid(1, {}, options), trials).value();
   EXPECT_TRUE(result.reached);
   const double size = 0.5;
-  EXPECT_LE(std::abs(result.solution.x.rightCols(1)(0, 0) - 0.5) / size, control.tolerance);
+  EXPECT_LE(std::abs(result.solution.x.rightCols(1)(0, 0) - 0.5) / size, options.error_tolerance);
 }
 
 double TrueError(const ControlledSolution& result) { return std::abs(result.solution.x.rightCols(1)(0, 0) - 1); }
 
-double FigureOf(const ControlledSolution& result) { return result.solution.accuracy.error; }
+double FigureOf(const ControlledSolution& result) { return result.solution.accuracy.errors.x.truncation[0]; }
 
 TEST(SolveToToleranceTest, StopsAtTheFirstGridThatIsFineEnough) {
   for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9}) {

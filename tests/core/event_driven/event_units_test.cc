@@ -11,6 +11,7 @@
 
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
+#include "core/problem/verdict.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
 #include "tests/support/solving.h"
@@ -203,7 +204,7 @@ TEST(EventUnitsTest, EstimatesHold) {
       const Solution solution = SolveInUnitsAt(system.problem, tolerance, times);
       ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
       const double error = std::max(RelativeError(solution.x, best.x), 4e-15);
-      const double figure = solution.accuracy.error;
+      const double figure = testing::FigureOf(solution.accuracy.errors.x);
       EXPECT_GT(figure, error / 3) << seed << " at " << tolerance;
       EXPECT_LE(error, tolerance) << seed;
       ratios.push_back(figure / error);
@@ -228,7 +229,7 @@ TEST(EventUnitsTest, SaysWhereTheDataDoNotDetermineTheAnswer) {
   const Solution solution = SolveInUnitsAt(problem, 1e-10, Times(3, 3));
   const double error = MaxAbs(solution.x.col(2) - std::exp(-3.0) * problem.x0);
   EXPECT_GE(solution.accuracy.error * solution.certificate.x_scale, error / 3);
-  EXPECT_EQ(solution.termination, Termination::kIterationLimit);
+  EXPECT_FALSE(JudgeSolution(solution).success);
 }
 
 }  // namespace

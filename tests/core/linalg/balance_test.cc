@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/strong_components.h"
 #include "tests/support/random_matrix.h"
 
 namespace dlcs {

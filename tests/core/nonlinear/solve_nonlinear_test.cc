@@ -356,7 +356,7 @@ TEST(SolveNonlinear, RecommendsNoMethodThatSolvesLinearProblemsOnly) {
   Options options;
   options.error_tolerance = 1e-13;
   const Solution solution = SolveWith(problem, options);
-  EXPECT_EQ(solution.termination, Termination::kIterationLimit) << solution.message;
+  EXPECT_FALSE(JudgeSolution(solution).success) << solution.message;
   EXPECT_THAT(solution.message, HasSubstr("Allow a larger error"));
   EXPECT_EQ(solution.message.find("event-driven"), std::string::npos) << solution.message;
 }

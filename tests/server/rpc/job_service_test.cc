@@ -192,7 +192,7 @@ TEST_F(JobServiceTest, ListsByState) {
   brief.set_termination(whole.termination());
   *brief.mutable_verdict() = whole.verdict();
   EXPECT_EQ((*jobs)[0].summary().SerializeAsString(), brief.SerializeAsString());
-  EXPECT_THAT(brief.verdict().text(), HasSubstr("not usable"));
+  EXPECT_THAT(brief.verdict().text(), HasSubstr("has an error of"));
   EXPECT_TRUE(client_->jobs().List({v1::JOB_STATE_FAILED}, 10, {})->empty());
 }
 

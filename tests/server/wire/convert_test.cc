@@ -189,7 +189,7 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   options.error_tolerance = 1e-7;
   options.num_threads = 3;
   std::vector<Violation> violations;
-  const Options back = OptionsFromProto(ToProto(options), violations);
+  const Options back = OptionsFromProto(ToProto(options), {}, 2, 2, violations);
   EXPECT_THAT(violations, IsEmpty());
   EXPECT_EQ(back.method, options.method);
   EXPECT_EQ(back.num_steps, options.num_steps);
@@ -210,7 +210,7 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
 
 TEST(ConvertTest, UnsetOptionsAreTheDefaultsOfTheEngine) {
   std::vector<Violation> violations;
-  const Options options = OptionsFromProto(v1::SolveOptions(), violations);
+  const Options options = OptionsFromProto(v1::SolveOptions(), {}, 2, 2, violations);
   EXPECT_THAT(violations, IsEmpty());
   const Options defaults;
   EXPECT_EQ(options.num_steps, defaults.num_steps);
@@ -224,14 +224,14 @@ TEST(ConvertTest, NodesOfTheGridSurviveTheRoundTrip) {
   Options options;
   options.grid_times = {0.1, 0.25, 1};
   std::vector<Violation> violations;
-  const Options back = OptionsFromProto(ToProto(options), violations);
+  const Options back = OptionsFromProto(ToProto(options), {}, 2, 2, violations);
   EXPECT_THAT(violations, IsEmpty());
   EXPECT_EQ(back.grid_times, options.grid_times);
   EXPECT_EQ(back.num_steps, 0);
 
   v1::SolveOptions none;
   none.mutable_grid_times();
-  EXPECT_TRUE(OptionsFromProto(none, violations).grid_times.empty());
+  EXPECT_TRUE(OptionsFromProto(none, {}, 2, 2, violations).grid_times.empty());
   EXPECT_THAT(violations, ElementsAre(Field(&Violation::field, "grid_times")));
 }
 
@@ -242,7 +242,7 @@ TEST(ConvertTest, RefusesChoicesOfANewerVersion) {
   options.set_interpolation(static_cast<v1::Interpolation>(79));
   options.mutable_contour()->set_choice(static_cast<v1::ContourChoice>(80));
   std::vector<Violation> violations;
-  OptionsFromProto(options, violations);
+  OptionsFromProto(options, {}, 2, 2, violations);
   ASSERT_THAT(violations,
               ElementsAre(Field(&Violation::field, "step_solver"), Field(&Violation::field, "kernel"),
                           Field(&Violation::field, "contour.choice"), Field(&Violation::field, "interpolation")));
@@ -315,13 +315,14 @@ TEST(ConvertTest, LeftLimitsTravelWithTheChunkThatHoldsTheirTime) {
 
 TEST(ConvertTest, SwitchingTimesAreToldUpToABound) {
   Solution solution;
-  solution.switching_times.push_back({0.25, {1, 3}, {0}, SwitchingKind::kSwitch});
+  solution.switching_times.push_back({0.25, 1e-12, {1, 3}, {0}, SwitchingKind::kSwitch});
   const v1::Summary one = SummaryToProto(solution);
   ASSERT_EQ(one.switching_times_size(), 1);
   EXPECT_EQ(one.switching_times(0).time(), 0.25);
   EXPECT_THAT(one.switching_times(0).entering(), ElementsAre(1, 3));
   EXPECT_THAT(one.switching_times(0).leaving(), ElementsAre(0));
   EXPECT_EQ(one.switching_times(0).kind(), v1::SWITCHING_KIND_SWITCH);
+  EXPECT_EQ(one.switching_times(0).error(), 1e-12);
   solution.switching_times.resize(12345);
   const v1::Summary many = SummaryToProto(solution);
   EXPECT_EQ(many.switching_times_size(), 10000);

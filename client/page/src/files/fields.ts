@@ -16,11 +16,13 @@ const keys: {[field: string]: string} = {
 };
 
 /** Names of the inputs beside the editor. */
-export type Option = 'method' | 'tolerance' | 'steps' | 'points' | 'title';
+export type Option = 'method' | 'tolerance' | 'absolute' | 'steps' | 'points' | 'title';
 
 const options: {[field: string]: Option} = {
   'options.method': 'method',
   'options.error_tolerance': 'tolerance',
+  'options.absolute_tolerance': 'absolute',
+  'options.absolute_tolerances': 'absolute',
   'options.steps': 'steps',
   'options.step': 'steps',
   'options.output_times': 'points',

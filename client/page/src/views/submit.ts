@@ -5,6 +5,7 @@
 import {create} from '@bufbuild/protobuf';
 import examples from 'examples';
 import {
+  ComponentToleranceSchema,
   type GetCapabilitiesResponse,
   type SolveOptions,
   SolveOptionsSchema,
@@ -37,6 +38,30 @@ interface Field {
   element: HTMLElement;
   input: HTMLInputElement | HTMLSelectElement;
   error: HTMLElement;
+}
+
+/** Absolute tolerances of options, or what is wrong with their text. */
+type Absolute = Partial<Pick<SolveOptions, 'absoluteTolerance' | 'absoluteTolerances'>> | string;
+
+/** Of "1e-9", or "x1=1e-9, i(L1)=1e-12"; both may be given. */
+function parseAbsolute(text: string): Absolute {
+  const result: Exclude<Absolute, string> = {absoluteTolerances: []};
+  // A name may hold commas: v(a,b).
+  const parts = /\s*(?:([^\d.\s][^=]*?)\s*=)?\s*([^,=]*?)\s*(?:,|$)/y;
+  while (text !== '' && parts.lastIndex < text.length) {
+    const from = parts.lastIndex;
+    const [, name, value] = parts.exec(text) ?? [];
+    const tolerance = Number(value || NaN);
+    if (!(tolerance >= 0 && Number.isFinite(tolerance))) {
+      return `is ${text.slice(from).trim()}; must be a number at least 0, or NAME=number, separated by commas`;
+    }
+    if (name === undefined) {
+      result.absoluteTolerance = tolerance;
+    } else {
+      result.absoluteTolerances?.push(create(ComponentToleranceSchema, {name, tolerance}));
+    }
+  }
+  return result;
 }
 
 export class SubmitView implements View {
@@ -85,6 +110,12 @@ export class SubmitView implements View {
         'Tolerance',
         h('input', {id: 'tolerance', inputmode: 'decimal', placeholder: '1e-6'}),
         'The largest relative error that is allowed.',
+      ),
+      absolute: field(
+        'absolute',
+        'Absolute tolerance',
+        h('input', {id: 'absolute', placeholder: 'none'}),
+        'An error that is accepted too: a number, or NAME=number, ... of states, pairs and outputs.',
       ),
       steps: field(
         'steps',
@@ -270,18 +301,24 @@ export class SubmitView implements View {
     };
     const method = Number(read('method'));
     const errorTolerance = number('tolerance', 'from 1e-13 to below 1, such as 1e-8', (e) => e >= 1e-13 && e < 1);
+    const absolute: Absolute = parseAbsolute(read('absolute'));
+    if (typeof absolute === 'string') {
+      this.refuse('absolute', absolute);
+      sound = false;
+    }
     const steps = number('steps', 'a whole number above 0', (n) => Number.isInteger(n) && n > 0 && n < 2 ** 31);
     const points = number(
       'points',
       'a whole number from 0 to 1000000',
       (n) => Number.isInteger(n) && n >= 0 && n <= 1e6,
     );
-    if (!sound || file === null) return null;
+    if (!sound || typeof absolute === 'string' || file === null) return null;
     const numbers = Math.floor(mostNumbers / Math.max(1, file.states + 2 * file.pairs));
     const chosen = steps > 0 ? 0 : Math.min(mostOutputs, Math.max(fewestOutputs, numbers));
     return create(SolveOptionsSchema, {
       method,
       errorTolerance,
+      ...absolute,
       grid: steps > 0 ? {case: 'steps', value: steps} : {case: undefined},
       outputTimes: evenTimes(read('points') === '' ? chosen : points, file.horizon),
     });

@@ -287,8 +287,10 @@ def solve(A: Any, *args: Any, **kwargs: Any) -> Solution:
       t_span: (begin, end).
       E: m x m, nonsingular: solves E x' = A x + B y + f(t). The identity if None.
       t_eval: the times of the result, increasing; every node of the grid if not given.
-      tol: the largest error of each component of x, relative to its largest value; 1e-6 if neither it nor steps are
-        given.
+      tol, or rtol: the largest error of each component of x, y, w and the outputs, relative to its largest value; 1e-6
+        if neither it nor steps are given.
+      atol: an absolute error that is accepted too: a number for all components, or {name: number} for states, pairs and
+        outputs by their names.
       breaks: times at which f or g, if callable, jumps or has a kink.
       rule: which y to take if there are several, such as "least-element".
       parameters: {name: value} of the formulas in f, g and outputs.

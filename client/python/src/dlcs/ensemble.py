@@ -36,7 +36,7 @@ def ensemble_request(members: Any, *args: Any, keep: Any = None, shard_members: 
         _add_columns(target, columns, len(solve.problem.x0))
         return result
     begin, _ = span_and_times(kwargs)
-    tol = kwargs.get("tol")
+    tol = kwargs.get("tol", kwargs.get("rtol"))
     add = _MemberAdder(solve.problem, begin, DEFAULT_TOL if tol is None else tolerance(tol), target)
     for k, part in enumerate(members):
         add(k, part)

@@ -74,7 +74,7 @@ def _set_options(options: Any, given: dict) -> None:
         if name == "output_times":
             raise invalid(name, "is not an option; did you mean t_eval?")
         if field is None:
-            near = ["tol"] if name in ("rtol", "atol") else difflib.get_close_matches(name, fields, 1)
+            near = difflib.get_close_matches(name, fields, 1)
             raise invalid(name, "is not an option" + (f"; did you mean {near[0]}?" if near else ""))
         if field.enum_type is not None and isinstance(value, str):
             prefix = next(iter(field.enum_type.values_by_name)).rsplit("UNSPECIFIED", 1)[0]
@@ -97,14 +97,15 @@ def _set_options(options: Any, given: dict) -> None:
             raise invalid(name, f"{shortened(value)}: {error}") from None
 
 
-def tolerance(value: Any) -> float:
-    """`value` if it is a positive number. Raises InvalidArgument."""
+def tolerance(value: Any, name: str = "tol", may_be_zero: bool = False) -> float:
+    """`value` if it is a positive number, or zero if that may be. Raises InvalidArgument."""
     try:
-        tol = float(numbers("tol", value, 0))
+        tol = float(numbers(name, value, 0))
     except (InvalidArgument, TypeError):
         tol = np.nan
-    if not 0 < tol < np.inf:
-        raise invalid("tol", f"{shortened(value)}; must be a positive number")
+    if not (0 < tol < np.inf or (may_be_zero and tol == 0)):
+        rule = "a number at least 0" if may_be_zero else "a positive number"
+        raise invalid(name, f"{shortened(value)}; must be {rule}")
     return tol
 
 
@@ -128,6 +129,10 @@ class Problem:
 
 def solve_request(A: Any, *args: Any, **kwargs: Any) -> Any:
     """The SolveRequest of a linear problem; the arguments are those of dlcs.solve()."""
+    if "rtol" in kwargs:  # as SciPy calls it
+        if kwargs.get("tol") is not None:
+            raise invalid("rtol", "is another name of tol; give one of them")
+        kwargs["tol"] = kwargs.pop("rtol")
     if isinstance(A, Problem):
         if args:
             raise invalid("B", "is part of the problem")
@@ -140,6 +145,7 @@ def _request_of_problem(
     *,
     t_eval: Optional[Sequence[float]] = None,
     tol: Optional[float] = None,
+    atol: Any = None,
     title: str = "",
     **options: Any,
 ) -> Any:
@@ -148,7 +154,7 @@ def _request_of_problem(
             raise invalid(name, "is part of the problem")
     request = messages.SolveRequest(title=text("title", title) or problem.title)
     request.problem.CopyFrom(problem.message)
-    _set_run(request, options, tol, t_eval, 0.0)
+    _set_run(request, options, tol, atol, t_eval, 0.0)
     return request
 
 
@@ -203,6 +209,7 @@ def _request_of_arrays(
     E: Any = None,
     t_eval: Optional[Sequence[float]] = None,
     tol: Optional[float] = None,
+    atol: Any = None,
     breaks: Sequence[float] = (),
     rule: Optional[str] = None,
     outputs: Any = None,
@@ -249,12 +256,12 @@ def _request_of_arrays(
     add_parameters(problem.parameters, "parameters", parameters)
     if outputs is not None:
         problem.outputs.CopyFrom(_outputs(outputs, m, n, begin, end, accuracy))
-    _set_run(request, options, tol, t_eval, begin)
+    _set_run(request, options, tol, atol, t_eval, begin)
     return request
 
 
 def _set_run(
-    request: Any, options: dict, tol: Optional[float], t_eval: Optional[Sequence[float]], begin: float
+    request: Any, options: dict, tol: Optional[float], atol: Any, t_eval: Optional[Sequence[float]], begin: float
 ) -> None:
     """How the problem of the request is solved."""
     if "grid_times" in options:  # times of the caller, whose span may begin anywhere
@@ -262,6 +269,12 @@ def _set_run(
     _set_options(request.options, options)
     if tol is not None:
         request.options.error_tolerance = tolerance(tol)
+    if isinstance(atol, dict):
+        for name, value in atol.items():
+            of_one = tolerance(value, f"atol[{shortened(name)}]", True)
+            request.options.absolute_tolerances.add(name=text("atol", name), tolerance=of_one)
+    elif atol is not None:
+        request.options.absolute_tolerance = tolerance(atol, "atol", True)
     if t_eval is not None:
         set_output_times(request, t_eval, begin)
 

@@ -25,7 +25,8 @@ class Solution:
       status: 0 if the end was reached, -1 otherwise.
       success: the answer may be used: its error was controlled or estimated, and nothing contradicts it.
       message: the verdict in one line.
-      error: the estimated error relative to the size of each component; NaN if it is not known.
+      error: the estimated error relative to the size of each component; NaN if it is not known. accuracy.named lists
+        the components that are zero or negligible, and those that missed the tolerance.
       certificate, accuracy, verdict, summary, analysis: the messages of the contract.
       job: the name of the job, if the solve ran as one.
     """

@@ -285,7 +285,7 @@ TEST_F(JobCommandsTest, ListsHowJobsEnded) {
   EXPECT_THAT(
       row(R"({"A": [[0, 1], [-400, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0.001]], "x0": [1, 0], "T": 20})",
           "--method time-stepping --steps 100"),
-      HasSubstr(" succeeded  not usable "));
+      HasSubstr(" succeeded  inaccurate "));
 }
 
 TEST_F(JobCommandsTest, TakesTheFirstLettersOfAName) {

@@ -34,6 +34,7 @@ export class VerdictPanel implements Panel {
       h('h2', {}, verdictText(summary)),
       message !== '' && h('p', {}, message),
       !refused && h('p', {}, `Method ${methodWord(method)}${reason === '' ? '' : `: ${reason}`}`),
+      (verdict?.notes ?? []).map((text) => h('p', {class: 'note'}, text)),
       warnings.length > 0 &&
         h(
           'ul',

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sizes of states, sources and constraints, which errors are compared with.
 
-#ifndef DLCS_CORE_EVENT_DRIVEN_SIZES_H_
-#define DLCS_CORE_EVENT_DRIVEN_SIZES_H_
+#ifndef DLCS_CORE_EVENT_DRIVEN_MAGNITUDES_H_
+#define DLCS_CORE_EVENT_DRIVEN_MAGNITUDES_H_
 
 #include "core/discretization/step_sources.h"
+#include "core/problem/options.h"
 #include "core/problem/problem.h"
 #include "core/types.h"
 
@@ -16,6 +17,8 @@ struct DataSizes {
   Vector x;
   Vector f;
   Vector g;
+  // Of the terms that a formula is summed from: the sources may be small differences.
+  Vector f_terms = {}, g_terms = {};
 };
 
 // The sizes that the data suggest before the solve. A state has the size of x0, or of the value at which it would
@@ -27,8 +30,8 @@ DataSizes SizesOfData(const Problem& problem, bool y_is_lipschitz, SourceSampler
 // The sizes that errors are compared with: the largest values of each component so far. Components have units
 // of their own.
 struct Magnitudes {
-  // At x0.
-  explicit Magnitudes(const Problem& problem);
+  // At x0. `options` are those of the solve, whose steps are chosen for the relative error `tolerance`.
+  Magnitudes(const Problem& problem, const Options& options, double tolerance);
 
   // Sets x_reach to what A x and f, here `dynamics` x and f of the size `f_size`, can make of x in the time 1/`rate`.
   void RaiseReach(const Matrix& dynamics, double rate, const Vector& f_size);
@@ -36,11 +39,16 @@ struct Magnitudes {
   Vector x;
   Vector y;
   Vector w;
+  Vector outputs;  // those that are not hidden
   // The size that x may reach in a short time, in the units of each component. A component that starts at zero and
   // grows like a high power of time has no relative accuracy at first: errors below a tiny part of this size are
   // accepted.
   Vector x_reach;
-  Vector By, g;  // if y is a Lipschitz function of x
+  // Sizes below which absolute tolerances hold: each divided by the tolerance, 0 where none is given.
+  Vector x_given, y_given, w_given;
+  // The part of the bounds of the rounding of guards that a step may be off by. They are far above what rounding is, so
+  // that much of that may be truncation.
+  double allowed_rounding = 1;
   // The rounding error of x on the step before. In a fast state it decays at once, in a boundary layer that does not
   // count as an error.
   Vector x_noise;
@@ -51,4 +59,4 @@ struct Magnitudes {
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_EVENT_DRIVEN_SIZES_H_
+#endif  // DLCS_CORE_EVENT_DRIVEN_MAGNITUDES_H_

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include "core/event_driven/sizes.h"
+#include "core/event_driven/magnitudes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "core/context/sizes.h"
 #include "core/discretization/legendre.h"
 #include "core/linalg/abs_times.h"
 
@@ -15,7 +16,7 @@ DataSizes SizesOfData(const Problem& problem, bool y_is_lipschitz, SourceSampler
   const Index m = problem.num_states(), n = problem.num_constraints();
   const Matrix &A = problem.A.Dense(), &N = problem.N.Dense();
   constexpr int kLooks = 16;
-  DataSizes sizes{problem.x0.cwiseAbs(), Vector::Zero(m), Vector::Zero(n)};
+  DataSizes sizes{problem.x0.cwiseAbs(), Vector::Zero(m), Vector::Zero(n), Vector::Zero(m), Vector::Zero(n)};
   Vector f(m), g(n);
   for (int k = 0; k <= kLooks; ++k) {
     const double t = problem.horizon * k / kLooks;
@@ -23,6 +24,10 @@ DataSizes SizesOfData(const Problem& problem, bool y_is_lipschitz, SourceSampler
     sampler.G(t, k == kLooks ? Side::kLeft : Side::kRight, g);
     if (f.allFinite()) sizes.f = sizes.f.cwiseMax(f.cwiseAbs());
     if (g.allFinite()) sizes.g = sizes.g.cwiseMax(g.cwiseAbs());
+    sampler.TermsOfF(t, f);
+    sampler.TermsOfG(t, g);
+    if (f.allFinite()) sizes.f_terms = sizes.f_terms.cwiseMax(f);
+    if (g.allFinite()) sizes.g_terms = sizes.g_terms.cwiseMax(g);
   }
   const Vector rates = A.diagonal().cwiseAbs().cwiseMax(1 / problem.horizon);
   sizes.x = sizes.x.cwiseMax(sizes.f.cwiseQuotient(rates));
@@ -45,14 +50,16 @@ DataSizes SizesOfData(const Problem& problem, bool y_is_lipschitz, SourceSampler
   return sizes;
 }
 
-Magnitudes::Magnitudes(const Problem& problem)
+Magnitudes::Magnitudes(const Problem& problem, const Options& options, double tolerance)
     : x(problem.x0.cwiseAbs()),
       y(Vector::Zero(problem.num_constraints())),
       w(y),
+      outputs(Vector::Zero(problem.outputs.shown())),
       x_reach(x),
-      By(Vector::Zero(problem.num_states())),
-      g(y),
-      x_noise(By),
+      x_given(AbsoluteTolerances(options, ComponentKind::kState, problem.num_states()) / tolerance),
+      y_given(AbsoluteTolerances(options, ComponentKind::kPair, problem.num_constraints()) / tolerance),
+      w_given(AbsoluteTolerances(options, ComponentKind::kSlack, problem.num_constraints()) / tolerance),
+      x_noise(Vector::Zero(problem.num_states())),
       rounding(Matrix::Zero(problem.num_states(), 3)) {}
 
 void Magnitudes::RaiseReach(const Matrix& dynamics, double rate, const Vector& f_size) {

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/context/sizes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/linalg/norms.h"
+#include "core/linalg/strong_components.h"
+
+namespace dlcs {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// The logarithms of d for one block, in the order of `block`, by Osborne's iteration: each unknown in turn is scaled
+// until its row and column sums agree. `place` is the position of a state in the block, or -1. Not by powers of two,
+// since other units of the states must give the same sizes.
+Vector BalanceBlock(const RowMajorMatrix& gains, const RowMajorMatrix& transposed, const std::vector<Index>& block,
+                    const std::vector<Index>& place) {
+  constexpr double kBalanced = 1e-3;  // of the sums; sizes are orders of magnitude
+  constexpr int kMaxSweeps = 100;     // balancing that is 1e5 off changes few verdicts
+  const auto size = static_cast<Index>(block.size());
+  Vector d = Vector::Zero(size);
+  // The logarithm of Σ_j entry_j e^(sign · d_j) over the other states of the block.
+  const auto log_sum = [&](const RowMajorMatrix& matrix, Index state, double sign) {
+    double largest = -kInfinity, sum = 0;
+    for (int pass = 0; pass < 2; ++pass) {
+      for (RowMajorMatrix::InnerIterator entry(matrix, state); entry; ++entry) {
+        const Index at = place[static_cast<std::size_t>(entry.col())];
+        if (at < 0 || entry.col() == state || entry.value() == 0) continue;
+        const double term = std::log(entry.value()) + sign * d[at];
+        pass == 0 ? largest = std::max(largest, term) : sum += std::exp(term - largest);
+      }
+    }
+    return largest + std::log(sum);
+  };
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+    double change = 0;
+    for (Index k = 0; k < size; ++k) {
+      const Index state = block[static_cast<std::size_t>(k)];
+      const double row = log_sum(gains, state, 1) - d[k], column = log_sum(transposed, state, -1) + d[k];
+      if (!std::isfinite(row - column)) continue;
+      d[k] += (row - column) / 2;
+      change = std::max(change, std::abs(row - column));
+    }
+    if (change <= kBalanced) break;
+  }
+  return d;
+}
+
+void Raise(double size, const std::optional<Component>& beside, Index at, SizesBeside& sizes) {
+  if (!(size > sizes.size[at])) return;
+  sizes.size[at] = size;
+  sizes.beside[static_cast<std::size_t>(at)] = beside;
+}
+
+bool IsRounding(const ErrorsByCause& errors, Index i) { return errors.own[i] <= errors.rounding[i]; }
+
+}  // namespace
+
+SizesBeside OwnSizes(const ErrorsByCause& errors, ComponentKind kind) {
+  SizesBeside sizes{errors.own, {}};
+  for (Index i = 0; i < errors.size(); ++i) sizes.beside.push_back(Component{kind, i});
+  return sizes;
+}
+
+void SizesBeside::RaiseTo(const SizesBeside& other) {
+  if (size.size() == 0) *this = other;
+  for (Index i = 0; i < other.size.size(); ++i)
+    Raise(other.size[i], other.beside[static_cast<std::size_t>(i)], i, *this);
+}
+
+void AllSizesBeside::RaiseTo(const AllSizesBeside& other) {
+  for (std::size_t kind = 0; kind < kinds.size(); ++kind) kinds[kind].RaiseTo(other.kinds[kind]);
+}
+
+SizesBeside StatesBeside(const RowMajorMatrix& dynamics, const Vector& sources, double horizon,
+                         const ErrorsByCause& states) {
+  const Index m = states.size();
+  const RowMajorMatrix rates = dynamics.cwiseAbs();
+  const Vector memory = (Vector(dynamics.diagonal()).cwiseAbs().array() + 1 / horizon).inverse();
+  const RowMajorMatrix gains = memory.asDiagonal() * rates;
+  const RowMajorMatrix transposed = gains.transpose();
+  SizesBeside sizes = OwnSizes(states, ComponentKind::kState);
+  std::vector<Index> place(static_cast<std::size_t>(m), -1);
+  const std::vector<std::vector<Index>> blocks = StronglyConnected(rates);
+  for (auto next = blocks.rbegin(); next != blocks.rend(); ++next) {  // what a block depends on comes before it
+    const std::vector<Index>& block = *next;
+    for (std::size_t k = 0; k < block.size(); ++k) place[static_cast<std::size_t>(block[k])] = static_cast<Index>(k);
+    const Vector log_d = block.size() > 1 ? BalanceBlock(gains, transposed, block, place) : Vector::Zero(1);
+    const bool is_rounding =
+        std::all_of(block.begin(), block.end(), [&](Index state) { return IsRounding(states, state); });
+    // The largest own_k / d_k, as a logarithm, and what decides it.
+    double largest = -kInfinity;
+    std::optional<Component> beside;
+    for (std::size_t k = 0; k < block.size(); ++k) {
+      const Index state = block[k];
+      double size = states.own[state];
+      std::optional<Component> decides = Component{ComponentKind::kState, state};
+      if (is_rounding) {
+        double enters = sources[state], leaves = 1 / horizon, most = sources[state];
+        decides.reset();
+        for (RowMajorMatrix::InnerIterator entry(rates, state); entry; ++entry) {
+          const Index at = place[static_cast<std::size_t>(entry.col())];
+          if (at >= 0) {
+            leaves += entry.value() * std::exp(log_d[at] - log_d[static_cast<Index>(k)]);
+            continue;
+          }
+          const double part = entry.value() * sizes.size[entry.col()];
+          enters += part;
+          if (part > most) decides = sizes.beside[static_cast<std::size_t>(entry.col())];
+          most = std::max(most, part);
+        }
+        if (enters / leaves > size) {
+          size = enters / leaves;
+        } else {
+          decides = Component{ComponentKind::kState, state};
+        }
+      }
+      const double part = std::log(size) - log_d[static_cast<Index>(k)];
+      if (!(part > largest)) continue;
+      largest = part;
+      beside = decides;
+    }
+    for (std::size_t k = 0; k < block.size(); ++k) {
+      const double size = std::exp(largest + log_d[static_cast<Index>(k)]);
+      Raise(size, beside, block[k], sizes);
+      place[static_cast<std::size_t>(block[k])] = -1;
+    }
+  }
+  return sizes;
+}
+
+SizesBeside RowsBeside(const RowMajorMatrix& rows, const SizesBeside& states, ComponentKind kind,
+                       const ErrorsByCause& errors, const Vector& of_sources) {
+  const RowMajorMatrix terms = rows.cwiseAbs();
+  SizesBeside sizes = OwnSizes(errors, kind);
+  for (Index i = 0; i < errors.size(); ++i) {
+    double sum = IsRounding(errors, i) ? of_sources[i] : 0, most = sum;
+    std::optional<Component> beside;
+    for (RowMajorMatrix::InnerIterator entry(terms, i); entry; ++entry) {
+      const double part = entry.value() * states.size[entry.col()];
+      sum += part;
+      if (part > most) beside = states.beside[static_cast<std::size_t>(entry.col())];
+      most = std::max(most, part);
+    }
+    Raise(sum, beside, i, sizes);
+  }
+  return sizes;
+}
+
+std::optional<double> AbsoluteToleranceOf(const Options& options, const Component& component) {
+  const auto& of_components = options.absolute_tolerances;
+  const auto found = std::find_if(of_components.begin(), of_components.end(),
+                                  [&](const auto& given) { return given.component == component; });
+  return found != of_components.end() ? found->tolerance : options.absolute_tolerance;
+}
+
+Vector AbsoluteTolerances(const Options& options, ComponentKind kind, Index n) {
+  Vector given = Vector::Constant(n, options.absolute_tolerance.value_or(0));
+  for (const ComponentTolerance& of_component : options.absolute_tolerances) {
+    if (of_component.component.kind == kind) given[of_component.component.index] = of_component.tolerance;
+  }
+  return given;
+}
+
+namespace {
+
+// With an error of more than half of a number, its first digit is not known.
+constexpr double kFirstDigit = 0.5;
+
+// The components of one kind.
+class Judge {
+ public:
+  Judge(const Options& options, double tolerance, Accuracy& accuracy)
+      : options_(options), tolerance_(tolerance), accuracy_(accuracy) {}
+
+  bool AreAllSmall(ComponentKind kind) const;
+  // Adds what is named to the accuracy, and raises its error.
+  void Add(ComponentKind kind, const SizesBeside& sizes);
+
+ private:
+  // Known or given; decides without R.
+  bool IsSmall(const ErrorsByCause& errors, Index i, std::optional<double> given) const {
+    const double error = errors.truncation[i] + errors.rounding[i];
+    return error <= tolerance_ * errors.own[i] || error <= given.value_or(-1);
+  }
+
+  const Options& options_;
+  double tolerance_;
+  Accuracy& accuracy_;
+};
+
+bool Judge::AreAllSmall(ComponentKind kind) const {
+  const ErrorsByCause& errors = accuracy_.errors.of(kind);
+  for (Index i = 0; i < errors.size(); ++i) {
+    if (!IsSmall(errors, i, AbsoluteToleranceOf(options_, {kind, i}))) return false;
+  }
+  return true;
+}
+
+void Judge::Add(ComponentKind kind, const SizesBeside& sizes) {
+  const ErrorsByCause& errors = accuracy_.errors.of(kind);
+  for (Index i = 0; i < errors.size(); ++i) {
+    const Component component{kind, i};
+    const std::optional<double> given = AbsoluteToleranceOf(options_, component);
+    const double own = errors.own[i], truncation = errors.truncation[i], rounding = errors.rounding[i];
+    const double beside = sizes.size.size() > 0 ? sizes.size[i] : own;
+    const bool is_small = IsSmall(errors, i, given);
+    const bool is_rounding = !is_small && truncation <= rounding && rounding <= tolerance_ * beside;
+    NamedComponent named{.component = component, .own = own, .truncation = truncation, .rounding = rounding};
+    if (is_rounding && own <= rounding) {
+      named.knowledge = Knowledge::kZero;
+    } else if (is_rounding && !given && own <= tolerance_ * beside) {
+      named.knowledge = Knowledge::kNegligible;
+      named.digits = static_cast<int>(std::floor(std::log10(own / rounding)));
+    } else {
+      const double size = std::max(own, given.value_or(0) / tolerance_);
+      const double error = truncation + rounding;
+      accuracy_.error = NanMax(accuracy_.error, error == 0 ? 0 : error / size);
+      named.allowed = tolerance_ * size;
+    }
+    if (is_small) continue;
+    if (named.knowledge == Knowledge::kMissed && accuracy_.tolerance == 0) {
+      if (kind == ComponentKind::kPair || kind == ComponentKind::kSlack) continue;
+      named.allowed = kFirstDigit * own;
+      if (truncation + rounding <= named.allowed) continue;
+    }
+    if (sizes.size.size() > 0 && sizes.beside[static_cast<std::size_t>(i)] != component) {
+      named.beside = sizes.beside[static_cast<std::size_t>(i)];
+    }
+    accuracy_.named.push_back(named);
+  }
+}
+
+// Missed components by how far they miss what is allowed.
+double Excess(const NamedComponent& named) { return (named.truncation + named.rounding) / named.allowed; }
+
+}  // namespace
+
+double ExcessOfTruncation(const TrajectoryErrors& errors, const Options& options, double tolerance) {
+  double excess = 0;
+  for (const ComponentKind kind : kComponentKinds) {
+    const ErrorsByCause& of_kind = errors.of(kind);
+    const Vector given = AbsoluteTolerances(options, kind, of_kind.size());
+    const Vector allowed = (tolerance * of_kind.own).cwiseMax(given) - of_kind.rounding;
+    const Vector seen_to = allowed.cwiseMax(of_kind.rounding);
+    for (Index i = 0; i < of_kind.size(); ++i) {
+      if (of_kind.truncation[i] != 0) excess = NanMax(excess, of_kind.truncation[i] / seen_to[i]);
+    }
+  }
+  return excess;
+}
+
+void JudgeComponents(const Options& options, const std::function<AllSizesBeside()>& sizes, Accuracy& accuracy) {
+  const double tolerance = accuracy.tolerance > 0 ? accuracy.tolerance : Options::kDefaultErrorTolerance;
+  accuracy.error = 0;
+  accuracy.named.clear();
+  Judge judge(options, tolerance, accuracy);
+  const bool all_accepted = std::all_of(std::begin(kComponentKinds), std::end(kComponentKinds),
+                                        [&](ComponentKind kind) { return judge.AreAllSmall(kind); });
+  AllSizesBeside beside = all_accepted ? AllSizesBeside{} : sizes();
+  for (const ComponentKind kind : kComponentKinds) judge.Add(kind, beside.of(kind));
+  for (NamedComponent& named : accuracy.named) {
+    named.name = NumberedName(named.component);
+    if (!named.beside) continue;
+    named.beside_own = accuracy.errors.of(named.beside->kind).own[named.beside->index];
+    named.beside_name = NumberedName(*named.beside);
+  }
+  std::stable_sort(accuracy.named.begin(), accuracy.named.end(), [](const NamedComponent& a, const NamedComponent& b) {
+    const bool a_missed = a.knowledge == Knowledge::kMissed, b_missed = b.knowledge == Knowledge::kMissed;
+    if (a_missed != b_missed) return b_missed;
+    return a_missed && !(Excess(a) <= Excess(b));
+  });
+}
+
+}  // namespace dlcs
