@@ -19,6 +19,7 @@
 #include "core/mpi/ownership.h"
 #include "core/mpi/part_of_problem.h"
 #include "core/mpi/row_exchange.h"
+#include "core/stepping/iterative_stepper.h"
 #include "core/stepping/iterative_step.h"
 #include "core/stepping/stepping.h"
 

@@ -6,6 +6,7 @@
 
 #include "core/context/shared_setup.h"
 #include "core/stepping/distributed_steps.h"
+#include "core/stepping/iterative_account.h"
 #include "core/stepping/iterative_stepper.h"
 #include "core/stepping/newton_bounds.h"
 #include "core/stepping/stepping.h"
