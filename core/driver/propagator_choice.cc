@@ -10,7 +10,7 @@
 #include "core/discretization/graded_grid.h"
 #include "core/discretization/grid.h"
 #include "core/discretization/step_rule.h"
-#include "core/driver/memory_prediction.h"
+#include "core/driver/step_memory.h"
 #include "core/linalg/sparse/krylov_solver.h"
 #include "core/linalg/sparse/sparse_factor.h"
 #include "core/problem/mass_matrix.h"
