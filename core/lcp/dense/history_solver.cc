@@ -11,6 +11,7 @@
 #include "core/lcp/dense/complementary_solver.h"
 #include "core/linalg/balance.h"
 #include "core/linalg/decompositions.h"
+#include "core/matrix_classes/matrix_class.h"
 #include "core/matrix_classes/positive_semidefinite.h"
 
 namespace dlcs {
