@@ -13,6 +13,7 @@
 #include "core/driver/step_memory.h"
 #include "core/linalg/sparse/krylov_solver.h"
 #include "core/linalg/sparse/sparse_factor.h"
+#include "core/problem/mass_factor.h"
 #include "core/problem/mass_matrix.h"
 #include "core/problem/solution.h"
 #include "core/propagator/contour_system.h"
