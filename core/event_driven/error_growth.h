@@ -5,7 +5,6 @@
 #define DLCS_CORE_EVENT_DRIVEN_ERROR_GROWTH_H_
 
 #include <array>
-#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -16,18 +15,6 @@
 #include "core/problem/problem.h"
 
 namespace dlcs {
-
-// `size` pseudo-random signs for rounding errors, different for each `seed`.
-inline auto SignsOfRounding(Index size, unsigned seed = 0) {
-  return Vector::NullaryExpr(size, [seed](Index i) -> double {
-    // The mixing of splitmix64.
-    std::uint64_t z =
-        0x9E3779B97F4A7C15u * (static_cast<std::uint64_t>(i) + 1 + (static_cast<std::uint64_t>(seed) << 32));
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return (z >> 63) != 0 ? -1 : 1;
-  });
-}
 
 // Estimates the error of x by integrating error equations beside the solution. In a mode an error e obeys e' = Â e + d,
 // where d holds the interpolation error of the sources and the rounding errors of the terms of x', including an ulp in
