@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <random>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/equilibration.h"
 #include "core/linalg/linear_program.h"
 #include "core/linalg/norms.h"
@@ -25,9 +25,6 @@ namespace {
 constexpr Index kMaxSearchSize = 20;
 constexpr Index kMaxAllChoices = 6;
 constexpr int kRandomPairs = 20;
-
-// CLP satisfies its rows to 1e-9. For entries of size one, a margin above this value is therefore real.
-constexpr double kClear = 1e-7;
 
 struct DualWeights {
   Vector r, s;
@@ -56,8 +53,7 @@ std::vector<DualWeights> RandomWeights(Index n) {
 // Exactly zero in both, or smaller beyond the rounding of sums of n terms, whose absolute values add up to
 // `terms`.
 bool IsBelow(const Vector& value, const Vector& limit, const Vector& terms) {
-  const double unit = 4 * static_cast<double>(value.size()) * std::numeric_limits<double>::epsilon();
-  return ((limit - value).array() >= unit * (terms + limit.cwiseAbs()).array()).all();
+  return ((limit - value).array() >= RoundingOf(8 * value.size()) * (terms + limit.cwiseAbs()).array()).all();
 }
 
 // max t over x in the unit cube with x_i <= -t and (Mx)_i <= -t for i != j; `gain`ᵀx >= t is a constraint too. Rows of
@@ -77,7 +73,7 @@ std::optional<Vector> Column(const Matrix& M, const Vector& gain, Index j) {
   program.upper.setConstant(1);
   program.cost[n] = -1;
   const LinearProgramSolution column = SolveLinearProgram(program);
-  if (column.verdict != LinearProgramVerdict::kOptimal || !(column.z[n] > kClear)) return std::nullopt;
+  if (column.verdict != LinearProgramVerdict::kOptimal || !(column.z[n] > kClearProgramMargin)) return std::nullopt;
   return column.z.head(n);
 }
 
