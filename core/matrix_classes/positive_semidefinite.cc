@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
 #include "core/linalg/symmetric_eigenvalues.h"
@@ -28,13 +29,11 @@ SymmetricSum SymmetricSumBelow(const Matrix& M) {
 }
 
 bool FormIsClearlyNegative(const Matrix& M, const Vector& z) {
-  const double unit = 4 * static_cast<double>(M.rows()) * std::numeric_limits<double>::epsilon();
-  return z.dot(M * z) < -unit * z.cwiseAbs().dot(M.cwiseAbs() * z.cwiseAbs());
+  const BoundedSum form{z.dot(M * z), z.cwiseAbs().dot(M.cwiseAbs() * z.cwiseAbs())};
+  return form.Sign(4 * M.rows()) < 0;
 }
 
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // (M + Mᵀ)/2, with entries that are zero but for rounding set to zero.
 Matrix SymmetricPart(const Matrix& M) {
@@ -42,7 +41,7 @@ Matrix SymmetricPart(const Matrix& M) {
   for (Index j = 0; j < M.cols(); ++j) {
     for (Index i = 0; i < M.rows(); ++i) {
       const double sum = M(i, j) + M(j, i);
-      symmetric(i, j) = std::abs(sum) <= 4 * kEpsilon * std::abs(M(i, j)) ? 0 : sum / 2;
+      symmetric(i, j) = std::abs(sum) <= RoundingOf(8) * std::abs(M(i, j)) ? 0 : sum / 2;
     }
   }
   return symmetric;
@@ -79,13 +78,13 @@ Vector UnitDiagonalEigenvalues(const Matrix& symmetric) {
 }
 
 double EigenvalueRounding(const Vector& eigenvalues) {
-  return 4 * kEpsilon * static_cast<double>(eigenvalues.size()) * eigenvalues.tail<1>()[0];
+  return RoundingOf(8 * eigenvalues.size()) * eigenvalues.tail<1>()[0];
 }
 
 // The eigenvector of a symmetric matrix for its smallest eigenvalue, by inverse iteration. The shift is a little below
 // that eigenvalue: the shifted matrix is nonsingular, and the shift is much closer to it than to the next one.
 Vector Eigenvector(const Matrix& symmetric, double smallest) {
-  const double below = smallest - 64 * kEpsilon * MaxAbs(symmetric);
+  const double below = smallest - RoundingOf(128) * MaxAbs(symmetric);
   const PanelLu factor(symmetric - below * Matrix::Identity(symmetric.rows(), symmetric.cols()));
   Vector z = Vector::LinSpaced(symmetric.rows(), 1, 2);  // at right angles to hardly anything
   for (int k = 0; k < 3; ++k) z = factor.Solve(z).col(0).normalized();

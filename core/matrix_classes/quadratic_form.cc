@@ -2,13 +2,13 @@
 #include "core/matrix_classes/quadratic_form.h"
 
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/matrix_classes/minor_classes.h"
 #include "core/matrix_classes/p_matrix.h"
 #include "core/matrix_classes/positive_semidefinite.h"
@@ -42,7 +42,7 @@ bool IsDiagonallyDominant(const Matrix& sum) {
       others += std::abs(sum(i, j));
       ++count;
     }
-    if (count > 1) others *= 1 + 2 * static_cast<double>(count) * std::numeric_limits<double>::epsilon();
+    if (count > 1) others *= 1 + RoundingOf(4 * count);
     if (!(sum(i, i) >= others)) return false;
   }
   return true;
