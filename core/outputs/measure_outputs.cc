@@ -307,7 +307,6 @@ class OutputMeter {
   // The first crossings in the direction of `instant`, as many as it needs. Between two places the quantity is monotone
   // or on one side of the level, so the sides of the places show every crossing.
   std::vector<double> Crossings(const MeasurementInstant& instant) const {
-    constexpr double kOnTheLevel = 1e-12;
     double size = std::abs(instant.level);
     std::vector<Place> places;
     for (const CurvePiece& piece : curves_) {
@@ -317,7 +316,7 @@ class OutputMeter {
         places.push_back(place);
       }
     }
-    const double band = kOnTheLevel * size;  // rounding is no crossing
+    const double band = kCurveAccuracy * size;  // rounding is no crossing
     std::vector<double> times;
     int side = 0;             // of the last place outside of the band
     std::size_t outside = 0;  // that place
