@@ -37,9 +37,9 @@ struct MeterBatch {
 
 // Cut so that the curves of each of them take some 64 MB at most.
 std::vector<MeterBatch> BatchesOf(const Problem& problem, const Solution& solution) {
-  constexpr double kBatchBytes = 64e6;
+  constexpr Index kBatchBytes = 64'000'000;
   const std::size_t pieces = std::max({solution.pieces.size(), solution.times.size(), std::size_t{1}});
-  const double most = kBatchBytes / (static_cast<double>(pieces) * kLegendreSize * sizeof(double));
+  const double most = static_cast<double>(kBatchBytes) / (static_cast<double>(pieces) * kLegendreSize * sizeof(double));
   std::vector<MeterBatch> batches(1);
   const auto add = [&](const std::vector<Index>& outputs) -> MeterBatch& {
     if (!batches.back().outputs.empty() && static_cast<double>(batches.back().outputs.size() + outputs.size()) > most) {

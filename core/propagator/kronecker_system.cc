@@ -72,7 +72,7 @@ void Subtract(const Matrix& left, const Matrix& right, Matrix& sum) {
 }
 
 // The size of the cache that holds some kernels of a large grid if the caller provides none.
-constexpr double kOwnModesBytes = 64e6;
+constexpr Index kOwnModesBytes = 64'000'000;
 
 double BytesOf(const KroneckerModes& modes) {
   const double q = static_cast<double>(modes.mu.size()), p = static_cast<double>(modes.num_modes());
