@@ -133,31 +133,31 @@ Fact Found(const Matrix& M, Matrix X, DualWeights weights, std::string why) {
   return fact;
 }
 
-struct Solution {
+struct ProvenX {
   Matrix X;
   DualWeights weights;
 };
 
 // Complete but for members on the boundary.
-std::optional<Solution> SearchAllChoices(const Matrix& M) {
+std::optional<ProvenX> SearchAllChoices(const Matrix& M) {
   for (unsigned alpha = 0; alpha < 1u << M.rows(); ++alpha) {
     LookForStop();
     const std::optional<Matrix> X = HiddenZMatrixForChoice(M, alpha);
     if (!X) continue;
     const std::optional<DualWeights> weights = BestWeights(M, *X);
-    if (weights && IsProof(M, *X, *weights)) return Solution{*X, *weights};
+    if (weights && IsProof(M, *X, *weights)) return ProvenX{*X, *weights};
   }
   return std::nullopt;
 }
 
 // X column by column for some (r, s).
-std::optional<Solution> SearchSomeWeights(const Matrix& M) {
+std::optional<ProvenX> SearchSomeWeights(const Matrix& M) {
   const Index n = M.rows();
-  const auto with = [&](const DualWeights& weights) -> std::optional<Solution> {
+  const auto with = [&](const DualWeights& weights) -> std::optional<ProvenX> {
     const Vector gain = weights.r + M.transpose() * weights.s;
     std::optional<Matrix> X = Columns(M, [&](Index) { return gain; });
     if (!X || !IsProof(M, *X, weights)) return std::nullopt;
-    return Solution{*std::move(X), weights};
+    return ProvenX{*std::move(X), weights};
   };
   for (const DualWeights& weights : FirstWeights(n)) {
     if (auto found = with(weights)) return found;
@@ -165,7 +165,7 @@ std::optional<Solution> SearchSomeWeights(const Matrix& M) {
   const auto diagonal = [&](Index j) -> Vector { return Vector::Unit(n, j) + M.row(j).transpose(); };
   if (const std::optional<Matrix> X = Columns(M, diagonal)) {
     const std::optional<DualWeights> weights = BestWeights(M, *X);
-    if (weights && IsProof(M, *X, *weights)) return Solution{*X, *weights};
+    if (weights && IsProof(M, *X, *weights)) return ProvenX{*X, *weights};
   }
   for (const DualWeights& weights : RandomWeights(n)) {
     if (auto found = with(weights)) return found;

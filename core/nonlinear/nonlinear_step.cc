@@ -12,10 +12,10 @@
 namespace dlcs {
 namespace {
 
-class CoupledStep {
+class JointStep {
  public:
-  CoupledStep(NonlinearFunctions& functions, double t, const Vector& known, const Matrix& after, const Matrix& W,
-              const Vector& guess)
+  JointStep(NonlinearFunctions& functions, double t, const Vector& known, const Matrix& after, const Matrix& W,
+            const Vector& guess)
       : functions_(functions), t_(t), known_(known), after_(after), W_(W), guess_(guess) {}
 
   // x for a given y: NaN where Newton's method finds none.
@@ -61,7 +61,7 @@ class CoupledStep {
 
 ComplementarityResult SolveCoupledStep(NonlinearFunctions& functions, double t, const Vector& known,
                                        const Matrix& after, const Matrix& W, Vector& x, Vector& y) {
-  CoupledStep step(functions, t, known, after, W, x);
+  JointStep step(functions, t, known, after, W, x);
   const ComplementarityFunction function{[&](const Vector& at) { return step.Value(at); },
                                          [&](const Vector& at) { return step.Jacobian(at); }};
   ComplementarityResult result = JosephyNewton(Selection::kAny).Solve(function, y);
