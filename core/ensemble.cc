@@ -19,7 +19,7 @@ namespace dlcs {
 namespace {
 
 // This is enough for every scheme of an ordinary ensemble. Schemes that do not fit are computed again.
-constexpr double kOwnCacheBytes = 1e9;
+constexpr Index kOwnCacheBytes = 1'000'000'000;
 
 std::string NameOf(Index member) { return "members[" + std::to_string(member) + "]"; }
 

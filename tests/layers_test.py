@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The tree keeps its order. The READMEs of core, proto, server and client list their layers (folders, or single
-modules) under "Layers", each below those that may use it.
+modules) under "Layers", each below those that may use it. Inside a folder, modules do not include each other in a
+circle. A module is a .cc file with its header.
 
     layers_test.py PROJECT_FOLDER
 """
@@ -20,6 +21,10 @@ SOURCES = sorted(
     for path in (ROOT / folder).rglob("*")
     if path.suffix in (".cc", ".h")
 )
+# No other circle may be added to this one.
+CIRCLES_TO_REMOVE = [
+    ["core/context/checkpointing", "core/context/solve_context"],
+]
 PUBLIC = {
     f"{top}/{header}"
     for top in ("core", "client")
@@ -49,6 +54,33 @@ def layer_of(path):
     """The innermost layer of a file, None where its README lists none."""
     inside = pathlib.Path(*path.parts[1:]).with_suffix("")
     return next((str(place) for place in [inside, *inside.parents] if str(place) in LAYERS[path.parts[0]]), None)
+
+
+def uses_inside_folders():
+    """Module -> the modules of the same folder that it includes."""
+    uses = collections.defaultdict(set)
+    for path in SOURCES:
+        module = path.with_suffix("")
+        uses[module] |= {used for used in (name.with_suffix("") for name in includes(path)) if used != module}
+    return {module: {used for used in uses[module] if used.parent == module.parent} for module in uses}
+
+
+def reachable(module, uses):
+    """The modules that `module` uses, directly or through others."""
+    found, to_visit = set(), [module]
+    while to_visit:
+        new = uses.get(to_visit.pop(), set()) - found
+        found |= new
+        to_visit.extend(new)
+    return found
+
+
+def circles():
+    """The groups of modules of one folder that use each other in a circle."""
+    uses = uses_inside_folders()
+    reach = {module: reachable(module, uses) for module in uses}
+    groups = {frozenset(other for other in reach[module] if module in reach.get(other, ())) for module in uses}
+    return sorted(sorted(map(str, group)) for group in groups if group)
 
 
 class LayersTest(unittest.TestCase):
@@ -81,6 +113,9 @@ class LayersTest(unittest.TestCase):
                         self.assertLessEqual(LAYERS[top][layer_of(name)], LAYERS[top][layer_of(path)])
                     else:
                         self.assertIn(name.parts[0], MAY_USE[top])
+
+    def test_no_circle_of_modules_inside_a_folder(self):
+        self.assertEqual([circle for circle in circles() if circle not in CIRCLES_TO_REMOVE], [])
 
     def test_others_include_only_public_headers_of_the_engine(self):
         for path in SOURCES:

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "client/cli/commands/command_support.h"
+#include "client/cli/commands/contexts.h"
 #include "client/cli/completion.h"
 #include "client/cli/help_text.h"
 #include "client/cli/job_command_line.h"

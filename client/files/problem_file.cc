@@ -41,26 +41,9 @@ const std::vector<std::string>& NonlinearKeys() {
   return keys;
 }
 
-// Information that is not part of the problem: any in the object "annotations", and for collections of problems with
-// reference values some keys beside it.
+// Information that is not part of the problem.
 const std::vector<std::string>& AnnotationKeys() {
-  static const std::vector<std::string> keys = {"annotations",
-                                                "name",
-                                                "about",
-                                                "source",
-                                                "$schema",
-                                                "M_class",
-                                                "refs",
-                                                "switchings",
-                                                "y_unique",
-                                                "state_jumps",
-                                                "switching_times_first",
-                                                "reference",
-                                                "why",
-                                                "expect",
-                                                "siconos_x_at_T",
-                                                "reference_self_diff",
-                                                "pointwise_iteration"};
+  static const std::vector<std::string> keys = {"annotations", "name", "about", "source", "$schema"};
   return keys;
 }
 

@@ -25,9 +25,9 @@
 #include "client/mpi/rank_job.h"
 #include "client/mpi/rank_solve.h"
 #include "client/mpi/same_request.h"
-#include "core/mpi/mpi_team.h"
 #include "core/mpi/mpi_volume.h"
 #include "core/mpi/mpi_world.h"
+#include "core/mpi/solving_team.h"
 
 namespace dlcs::client {
 namespace {

@@ -92,7 +92,7 @@ absl::StatusOr<std::map<std::string, std::uint64_t>> WriteFrame(const std::strin
 
 // Called by all ranks. `own_path` is used on the first one.
 absl::Status WriteParts(const std::string& title, const SolveResult& result, const std::string& own_path,
-                        MpiTeam& team) {
+                        SolvingTeam& team) {
   const TrajectoryParts parts = *std::exchange(team.trajectory(), std::nullopt);
   std::map<std::string, std::uint64_t> places;
   absl::Status made;
@@ -119,7 +119,7 @@ absl::Status WriteParts(const std::string& title, const SolveResult& result, con
 
 }  // namespace
 
-absl::StatusOr<SolveHooks> HooksForRanks(const SolveCommand& command, MpiTeam& team) {
+absl::StatusOr<SolveHooks> HooksForRanks(const SolveCommand& command, SolvingTeam& team) {
   if (absl::Status same = CheckSameOptions(command, team); !same.ok()) return same;
   SolveHooks hooks;
   LocalHooks of_backend;

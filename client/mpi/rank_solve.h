@@ -6,7 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "client/cli/commands/solve_hooks.h"
-#include "core/mpi/mpi_team.h"
+#include "core/mpi/solving_team.h"
 
 namespace dlcs::client {
 
@@ -19,7 +19,7 @@ namespace dlcs::client {
 // one. Ranks that read different problems refuse to solve them.
 //
 // Errors: InvalidArgument, on all ranks, if they have different options.
-absl::StatusOr<SolveHooks> HooksForRanks(const SolveCommand& command, MpiTeam& team);
+absl::StatusOr<SolveHooks> HooksForRanks(const SolveCommand& command, SolvingTeam& team);
 
 }  // namespace dlcs::client
 

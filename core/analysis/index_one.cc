@@ -15,7 +15,6 @@ namespace {
 
 using Sign = LexicographicRow::Sign;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxFreeSteps = 200;
 
 Matrix Exponential(const Matrix& A) { return ComputePhiFunctions(A).phi0; }
@@ -89,7 +88,7 @@ Vector ExponentialTimes(const Matrix& A, double t, Vector x) {
 // A time until which f_i = c + r, |r(t)| <= size (e^{‖A‖t} - 1), stays positive; since c <= size, ‖A‖ times it is at
 // most log 2.
 double TimePositive(double value, double size, double norm_A) {
-  return norm_A == 0 || size == 0 ? kInfinity : std::log1p(value / size) / norm_A;
+  return norm_A == 0 || size == 0 ? HUGE_VAL : std::log1p(value / size) / norm_A;
 }
 
 // The same for the first step, where a row may start with a derivative: while its k-th derivative is
@@ -97,7 +96,7 @@ double TimePositive(double value, double size, double norm_A) {
 double FirstStepLength(const IndexOneSystem& system, const Vector& x0, const std::vector<LexicographicRow>& rows) {
   const double norm_A = InfinityNorm(system.A);
   const Matrix scaled = norm_A > 0 ? system.A / std::exp2(std::ilogb(norm_A) + 1) : system.A;
-  double time = kInfinity;
+  double time = HUGE_VAL;
   Vector derivative = x0;  // in the unit of the rows
   for (int power = 0; power < system.A.rows(); ++power) {
     for (Index i = 0; i < system.C.rows(); ++i) {
@@ -114,7 +113,7 @@ double FirstStepLength(const IndexOneSystem& system, const Vector& x0, const std
 double NextStep(const IndexOneSystem& system, const Vector& x, const std::vector<LexicographicRow>& rows,
                 double rounding) {
   const double norm_A = InfinityNorm(system.A);
-  double time = kInfinity;
+  double time = HUGE_VAL;
   for (Index i = 0; i < system.C.rows(); ++i) {
     if (rows[i].sign == Sign::kZero) continue;
     const double size = system.C.row(i).cwiseAbs().sum() * MaxAbs(x);
@@ -132,7 +131,7 @@ SteppingBounds ComputeSteppingBounds(const IndexOneSystem& system) {
   bounds.sigma = SemicopositiveConstant(system.C * system.B);
   const double kept = 0.5 * bounds.sigma.value;
   if (!(kept > 0)) return bounds;
-  bounds.step = A == 0 ? kInfinity : kept / (A * (C * B + kept));
+  bounds.step = A == 0 ? HUGE_VAL : kept / (A * (C * B + kept));
   const double resolvent = A == 0 ? 1 : 1 / (1 - bounds.step * A);  // ‖(I - hA)⁻¹‖ for h <= h̄
   bounds.rho_u = C * A * resolvent / kept;
   bounds.psi_x = resolvent * (B * bounds.rho_u + A);

@@ -6,24 +6,15 @@
 
 #include "core/format_number.h"
 #include "core/lcp/dense/feasible_ball.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/linear_program.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
 namespace {
 
-// The rounding of a sum of `size` with n terms.
-double RoundingOf(double size, Index n) {
-  return static_cast<double>(n + 2) * std::numeric_limits<double>::epsilon() * size;
-}
-
 bool IsInterior(const Vector& q, const Matrix& M, const Vector& v) {
-  const Vector w = q + M * v;
-  const Vector size = q.cwiseAbs() + M.cwiseAbs() * v;
-  for (Index i = 0; i < w.size(); ++i) {
-    if (!(v[i] > 0 && w[i] > RoundingOf(size[i], w.size()))) return false;
-  }
-  return true;
+  return (v.array() > 0).all() && BoundedProduct(M, v, q).AllPositive(RoundingOfProduct(v.size()));
 }
 
 // v > 0 from y >= 0 of the ball, moved inwards by half of its margin; where every q is feasible, y is a direction.
@@ -50,19 +41,15 @@ Vector Excluder(const Vector& q, const Matrix& M) {
   program.cost[n] = 1;
   const LinearProgramSolution solution = SolveLinearProgram(program);
   if (solution.verdict != LinearProgramVerdict::kOptimal) return {};
-  constexpr double kNoise = 1e-9;  // what CLP leaves of zeros
-  return solution.z.head(n).unaryExpr([](double u) { return u > kNoise ? u : 0.0; });
+  return solution.z.head(n).unaryExpr([](double u) { return u > kProgramTolerance ? u : 0.0; });
 }
 
 bool Excludes(const Vector& u, const Vector& q, const Matrix& M) {
   if (u.size() == 0 || !(u.maxCoeff() > 0)) return false;
-  const Index n = q.size();
-  if (u.dot(q) > RoundingOf(u.dot(q.cwiseAbs()), n)) return false;
-  const Vector sums = M.transpose() * u, size = M.transpose().cwiseAbs() * u;
-  for (Index i = 0; i < n; ++i) {
-    if (sums[i] > RoundingOf(size[i], n)) return false;
-  }
-  return true;
+  const double rounding = RoundingOfProduct(u.size());
+  if (u.dot(q) > rounding * u.dot(q.cwiseAbs())) return false;
+  const BoundedSums<Vector> sums = BoundedProduct(Matrix(M.transpose()), u);
+  return !(sums.value.array() > rounding * sums.terms.array()).any();
 }
 
 }  // namespace

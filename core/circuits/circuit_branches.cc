@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "core/circuits/circuit_rounding.h"
 #include "core/format_number.h"
 
 namespace dlcs {
@@ -140,7 +141,6 @@ class BranchMaker {
 
   // The terms of transfer(e) - transfer.y[0], with e the sum of the controls of `element`.
   std::vector<Control> AddTransfer(const Element& element, const PiecewiseLinear& transfer) {
-    constexpr double kOpen = std::numeric_limits<double>::infinity();
     std::vector<Control> terms;
     const auto add = [&](double at, double slope, double low, double high, double sign) {
       const auto number = std::to_string(terms.size() + 1);
@@ -149,14 +149,14 @@ class BranchMaker {
                                         element.name + "_" + number)});
     };
     if (transfer.slope_before != 0) {
-      add(transfer.x.front(), std::abs(transfer.slope_before), -kOpen, 0, transfer.slope_before < 0 ? -1 : 1);
+      add(transfer.x.front(), std::abs(transfer.slope_before), -HUGE_VAL, 0, transfer.slope_before < 0 ? -1 : 1);
     }
     for (std::size_t k = 0; k + 1 < transfer.x.size(); ++k) {
       const double run = transfer.x[k + 1] - transfer.x[k], rise = transfer.y[k + 1] - transfer.y[k];
       if (rise != 0) add(transfer.x[k], std::abs(rise) / run, 0, std::abs(rise), rise < 0 ? -1 : 1);
     }
     if (transfer.slope_after != 0) {
-      add(transfer.x.back(), std::abs(transfer.slope_after), 0, kOpen, transfer.slope_after < 0 ? -1 : 1);
+      add(transfer.x.back(), std::abs(transfer.slope_after), 0, HUGE_VAL, transfer.slope_after < 0 ? -1 : 1);
     }
     return terms;
   }
@@ -381,7 +381,6 @@ CircuitBranches MakeBranches(const Circuit& circuit, const std::vector<bool>& in
 }
 
 void MakeReciprocal(const CircuitBranches& graph, const Vector& sign, Matrix& M) {
-  constexpr double kRounding = 1e-13;
   const bool is_controlled = std::any_of(graph.branches.begin(), graph.branches.end(), [](const Branch& branch) {
     return branch.role == BranchRole::kControlledVoltage || branch.role == BranchRole::kControlledCurrent;
   });
@@ -389,7 +388,7 @@ void MakeReciprocal(const CircuitBranches& graph, const Vector& sign, Matrix& M)
     if (!is_controlled) M(i, i) = std::max(0.0, M(i, i));
     for (Index j = 0; j < i; ++j) {
       const double mirrored = sign[i] == sign[j] ? M(j, i) : -M(j, i);
-      if (is_controlled && std::abs(M(i, j) - mirrored) > kRounding * (std::abs(M(i, j)) + std::abs(mirrored)))
+      if (is_controlled && std::abs(M(i, j) - mirrored) > kNetworkRounding * (std::abs(M(i, j)) + std::abs(mirrored)))
         continue;
       M(i, j) = (M(i, j) + mirrored) / 2;
       M(j, i) = sign[i] == sign[j] ? M(i, j) : -M(i, j);

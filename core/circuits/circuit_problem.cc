@@ -11,6 +11,7 @@
 
 #include "core/circuits/circuit_branches.h"
 #include "core/circuits/circuit_names.h"
+#include "core/circuits/circuit_rounding.h"
 #include "core/circuits/circuit_states.h"
 #include "core/circuits/element_faults.h"
 #include "core/circuits/first_branch.h"
@@ -21,6 +22,7 @@
 #include "core/circuits/source_terms.h"
 #include "core/circuits/variable_names.h"
 #include "core/format_number.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/problem/time_axis.h"
 
@@ -213,7 +215,7 @@ class Formulation {
   void NoteJumps(const Vector& z, const Vector& s) {
     const Vector dependent = states_.Dependent(x0_, s);
     const std::vector<Index> order = states_.Storages();
-    const double size = 1e-9 * std::max(1e-300, z.cwiseAbs().sum() + dependent.cwiseAbs().sum());
+    const double size = kSameResult * std::max(1e-300, z.cwiseAbs().sum() + dependent.cwiseAbs().sum());
     for (Index k = 0; k < states_.num_excess(); ++k) {
       const double given = z[states_.num_states() + k];
       if (std::abs(dependent[k] - given) <= size) continue;
@@ -322,7 +324,7 @@ class Formulation {
     Vector g(n);
     evaluator->Evaluate(axis.Nearest(0), Side::kRight, g);
     const Matrix& N = problem.N.Dense();
-    const Vector tolerance = 1e-12 * (g.cwiseAbs() + N.cwiseAbs() * x0_.cwiseAbs());
+    const Vector tolerance = kStartRounding * (g.cwiseAbs() + N.cwiseAbs() * x0_.cwiseAbs());
     const BlockSolutions solutions =
         SolveByBlocks(M, g + N * x0_, tolerance, Matrix(0, n), graph_.clamps, states_.sign());
     if (!solutions.undecided.empty()) {

@@ -4,10 +4,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/circuits/circuit_names.h"
+#include "core/circuits/circuit_rounding.h"
+#include "core/linalg/bounded_sum.h"
 
 namespace dlcs {
 
@@ -32,9 +33,7 @@ absl::Status CircuitStates::Find() {
 Vector CircuitStates::StartOf(const Vector& z) const {
   constexpr double kRounding = 1e-10;
   if (num_excess() == 0) return z;
-  const Vector x = state_from_storage_ * z;
-  const Vector terms = state_from_storage_.cwiseAbs() * z.cwiseAbs();
-  return (x.array().abs() <= kRounding * terms.array()).select(0, x);
+  return BoundedProduct(state_from_storage_, z).WithoutRounding(kRounding);
 }
 
 std::vector<Index> CircuitStates::Storages() const {
@@ -145,7 +144,7 @@ absl::Status CircuitStates::FindDynamics() {
   Eigen::FullPivLU<Matrix> factors;
   if (!is_diagonal) factors.compute(scaled);
   const Vector pivots = is_diagonal ? scaled.diagonal() : factors.matrixLU().diagonal();
-  if (m > 0 && !(pivots.cwiseAbs().minCoeff() > 64 * std::numeric_limits<double>::epsilon() * static_cast<double>(m))) {
+  if (m > 0 && !(pivots.cwiseAbs().minCoeff() > RoundingOf(128 * m))) {
     return absl::InvalidArgumentError("the equations of " + NamesOfStorages() +
                                       " are dependent: their capacitances, inductances and couplings leave fewer "
                                       "states than there are elements, which is not supported");
@@ -166,12 +165,9 @@ absl::Status CircuitStates::FindDynamics() {
   e_y_ = excess * b_;
   e_s_ = excess * s_;
   e_ds_ = of_own * Theta - excess * gamma_;
-  // What cancels is zero.
   const Matrix terms = of_own.cwiseAbs() * Theta.cwiseAbs() + excess.cwiseAbs() * gamma_.cwiseAbs();
-  for (Index k = 0; k < e_ds_.size(); ++k) {
-    if (std::abs(e_ds_(k)) <= 1e-13 * terms(k)) e_ds_(k) = 0;
-  }
-  if (e > 0) state_from_storage_ = divided(driven);  // else the states are the storages
+  e_ds_ = BoundedSums<Matrix>{e_ds_, terms}.WithoutRounding(kNetworkRounding);  // what cancels is zero
+  if (e > 0) state_from_storage_ = divided(driven);                             // else the states are the storages
   dependent_x_ = std::move(T);
   dependent_s_ = std::move(Theta);
   return absl::OkStatus();

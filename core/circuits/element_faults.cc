@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/circuits/circuit_names.h"
+#include "core/circuits/circuit_rounding.h"
 #include "core/format_number.h"
 
 namespace dlcs {
@@ -106,9 +107,8 @@ absl::Status CheckCouplings(const Circuit& circuit) {
     normal(one, other) = normal(other, one) = coupling.value;
     names += (names.empty() ? "" : ", ") + coupling.name;
   }
-  constexpr double kRounding = 1e-13;
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(normal, Eigen::EigenvaluesOnly);
-  if (solver.eigenvalues().minCoeff() >= -kRounding * static_cast<double>(count)) return absl::OkStatus();
+  if (solver.eigenvalues().minCoeff() >= -kNetworkRounding * static_cast<double>(count)) return absl::OkStatus();
   return absl::InvalidArgumentError("the couplings " + names +
                                     " together do not belong to coils: the inductance matrix has a negative "
                                     "eigenvalue. Make them smaller");

@@ -11,13 +11,14 @@
 #include "core/circuits/circuit_names.h"
 #include "core/circuits/linear_network.h"
 #include "core/format_number.h"
+#include "core/lcp/basis/tolerance.h"
 
 namespace dlcs {
 namespace {
 
 // Voltages are equal but for rounding.
 bool AreSame(double one, double other) {
-  return std::abs(one - other) <= 1e-6 * (1e-6 + std::abs(one) + std::abs(other));
+  return std::abs(one - other) <= kClearDifference * (kClearDifference + std::abs(one) + std::abs(other));
 }
 
 // All points between two solutions are solutions.
@@ -61,7 +62,9 @@ std::vector<Index> PossibleStarts(const std::vector<BlockSolution>& solutions, c
     };
   };
   KeepLeast([&](Index solution) { return solutions[AsSize(solution)].is_between ? 1.0 : 0.0; }, among);
-  KeepLeast(count([&](Index solution, Index c) { return gate(solution, c) > 1e-9 && gate(solution, c) < 1 - 1e-9; }),
+  KeepLeast(count([&](Index solution, Index c) {
+              return gate(solution, c) > kSameResult && gate(solution, c) < 1 - kSameResult;
+            }),
             among);
   KeepLeast(
       [&](Index solution) {
@@ -99,7 +102,7 @@ std::string ElementsThatDiffer(const std::vector<BlockSolution>& solutions, cons
   for (const Index k : among) {
     const Vector change = voltages.of_y * (solutions[AsSize(k)].y - solutions[AsSize(among.front())].y);
     for (std::size_t c = 0; c < graph.clamps.size(); ++c) {
-      if (std::abs(change[static_cast<Index>(c)]) > 1e-9) elements.insert(graph.clamps[c].element);
+      if (std::abs(change[static_cast<Index>(c)]) > kSameResult) elements.insert(graph.clamps[c].element);
     }
   }
   std::vector<std::string> names;

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "core/circuits/components.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/strong_components.h"
 
 namespace dlcs {
@@ -18,7 +18,7 @@ namespace {
 using RowVector = Eigen::RowVectorXd;
 
 // Sums of terms that cancel to less than this, relative to the terms, are zero.
-constexpr double kCancels = 256 * std::numeric_limits<double>::epsilon();
+constexpr double kCancels = RoundingOf(512);
 
 bool IsSolvedFor(BranchRole role) {
   return role == BranchRole::kResistor || role == BranchRole::kControlledVoltage ||
@@ -164,7 +164,7 @@ bool LinearNetwork::Solve(NetworkFault& fault) {
     // Gains of 1e9 are common, and so are their squares; a network that is singular has a pivot of the size of
     // rounding.
     const double smallest = factors.matrixLU().diagonal().cwiseAbs().minCoeff();
-    if (!(smallest > 16 * std::numeric_limits<double>::epsilon() * static_cast<double>(width))) {
+    if (!(smallest > RoundingOf(32 * width))) {
       fault.kind = NetworkFault::Kind::kSingular;
       Eigen::FullPivLU<Matrix> ranked(Matrix(scaled(*block, *block)));
       ranked.setThreshold(1e-12);

@@ -11,11 +11,14 @@
 #include <vector>
 
 #include "core/circuits/circuit_names.h"
+#include "core/circuits/circuit_rounding.h"
 #include "core/circuits/first_branch.h"
 #include "core/circuits/linear_network.h"
 #include "core/circuits/solution_blocks.h"
 #include "core/format_number.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/lcp.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/matrix_classes/matrix_class.h"
 
 namespace dlcs {
@@ -187,11 +190,7 @@ absl::Status MissedVoltage(const RestNetwork& at_rest, const RestProblem& rest, 
 
 // What is zero but for rounding is zero.
 Vector StorageAt(const RestProblem& rest, const Vector& y) {
-  constexpr double kRounding = 1e-13;
-  const Vector terms = rest.constant.cwiseAbs() + rest.storage.cwiseAbs() * y.cwiseAbs();
-  Vector at = rest.constant + rest.storage * y;
-  at = (at.array().abs() <= kRounding * terms.array()).select(0, at);
-  return at;
+  return BoundedProduct(rest.storage, y, rest.constant).WithoutRounding(kNetworkRounding);
 }
 
 std::string NamesOfDiodes(const CircuitBranches& graph, const Circuit& circuit) {
@@ -233,7 +232,6 @@ absl::StatusOr<Vector> LeastBlocking(const RestProblem& rest, const Circuit& cir
 // Switches with hysteresis that are neither open nor closed: the circuit rests in neither state.
 std::vector<std::string> NotesOnHalfClosed(const RestProblem& rest, const Circuit& circuit,
                                            const CircuitBranches& graph, const Vector& y) {
-  constexpr double kSame = 1e-9;
   std::vector<std::string> notes;
   for (std::size_t k = 0; k < graph.clamps.size(); ++k) {
     const ClampBranches& clamp = graph.clamps[k];
@@ -241,7 +239,7 @@ std::vector<std::string> NotesOnHalfClosed(const RestProblem& rest, const Circui
     if (!clamp.is_gate || element.switching.hysteresis == 0) continue;
     const auto row = static_cast<Index>(k);
     const double gate = rest.clamps.constant[row] + rest.clamps.of_y.row(row).dot(y);
-    if (!(gate > kSame && gate < 1 - kSame)) continue;
+    if (!(gate > kSameResult && gate < 1 - kSameResult)) continue;
     notes.push_back(WithPlace(element) +
                     " starts between open and closed, since the circuit is at rest in neither state: it oscillates, "
                     "and other programs begin elsewhere in the period; IC= and UIC give another start");
@@ -254,7 +252,7 @@ absl::StatusOr<Vector> StartAmongSeveral(const RestProblem& rest, const Circuit&
                                          const CircuitBranches& graph) {
   const std::string advice = "; give the start with IC= and UIC";
   const BlockSolutions found =
-      SolveByBlocks(rest.M, rest.q, 1e-12 * rest.q_size, rest.storage, graph.clamps, rest.sign);
+      SolveByBlocks(rest.M, rest.q, kStartRounding * rest.q_size, rest.storage, graph.clamps, rest.sign);
   if (found.open_row >= 0)
     return NotDetermined(circuit.elements[AsSize(graph.storages[AsSize(found.open_row)].element)]);
   if (!found.undecided.empty()) {
@@ -265,7 +263,7 @@ absl::StatusOr<Vector> StartAmongSeveral(const RestProblem& rest, const Circuit&
   const std::vector<Index> starts = PossibleStarts(found.all, rest.clamps, circuit, graph);
   const auto storages = [&](Index k) -> Vector { return rest.storage * found.all[AsSize(k)].y; };
   const Vector first = storages(starts.front());
-  const double size = 1e-9 * (first.cwiseAbs() + rest.constant.cwiseAbs()).sum();
+  const double size = kSameResult * (first.cwiseAbs() + rest.constant.cwiseAbs()).sum();
   for (const Index k : starts) {
     if ((storages(k) - first).cwiseAbs().sum() <= size) continue;
     return absl::InvalidArgumentError("there are several operating points at 0, which differ in " +

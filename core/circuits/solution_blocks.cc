@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/circuits/circuit_rounding.h"
 #include "core/circuits/linear_network.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/dense/basic_solutions.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/linear_program.h"
@@ -62,13 +64,13 @@ PartSolutions SolveMonotone(const Matrix& M, const MatrixClass& known, const Vec
 }
 
 // A matrix in units that make the largest entry of each row and column about 1, factored.
-class ScaledFactors {
+class EquilibratedLu {
  public:
-  explicit ScaledFactors(const Matrix& M) : row_(M.rows()), column_(M.cols()) {
+  explicit EquilibratedLu(const Matrix& M) : row_(M.rows()), column_(M.cols()) {
     for (Index i = 0; i < M.rows(); ++i) row_[i] = Inverse(M.row(i).cwiseAbs().maxCoeff());
     Matrix scaled = row_.asDiagonal() * M;
     for (Index j = 0; j < M.cols(); ++j) column_[j] = Inverse(scaled.col(j).cwiseAbs().maxCoeff());
-    factors_.setThreshold(1e-11);
+    factors_.setThreshold(kWorkingPrecision);
     factors_.compute(scaled * column_.asDiagonal());
   }
   bool is_regular() const { return factors_.isInvertible(); }
@@ -89,7 +91,7 @@ class ScaledFactors {
 int SignIn(const Matrix& M, const Basis& basis) {
   const Indices set = IndicesOf(basis);
   if (set.empty()) return 1;
-  const ScaledFactors factors(M(set, set));
+  const EquilibratedLu factors(M(set, set));
   return !factors.is_regular() ? 0 : factors.determinant() < 0 ? -1 : 1;
 }
 
@@ -102,7 +104,7 @@ void MarkBetween(const Matrix& M, std::vector<PartSolution>& all) {
   for (std::size_t k = 0; k < all.size(); ++k) {
     signs.push_back(SignIn(M, all[k].basis));
     const bool is_new = std::none_of(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(k), [&](const auto& other) {
-      return (other.y - all[k].y).cwiseAbs().maxCoeff() <= 1e-9 * all[k].y.cwiseAbs().maxCoeff();
+      return (other.y - all[k].y).cwiseAbs().maxCoeff() <= kSameResult * all[k].y.cwiseAbs().maxCoeff();
     });
     if (is_new) degree += signs.back();
   }
@@ -194,13 +196,13 @@ class ClampTrials {
     Vector q = q_(rest), constant(AsIndex(active));
     Vector tolerance = tolerance_(rest);
     if (!active.empty()) {
-      const ScaledFactors factors(M_(active, active));
+      const EquilibratedLu factors(M_(active, active));
       if (!factors.is_regular()) return std::nullopt;
       of_rest = -factors.Solve(M_(active, rest));
       constant = -factors.Solve(Matrix(q_(active)));
       const Matrix to_rest = M_(rest, active);
-      tolerance +=
-          1e-13 * (to_rest.cwiseAbs() * (constant.cwiseAbs() + factors.Solve(Matrix(tolerance_(active))).cwiseAbs()));
+      tolerance += kNetworkRounding *
+                   (to_rest.cwiseAbs() * (constant.cwiseAbs() + factors.Solve(Matrix(tolerance_(active))).cwiseAbs()));
       M += to_rest * of_rest;
       q += to_rest * constant;
       rows += rows_(Eigen::all, active) * of_rest;
@@ -222,7 +224,7 @@ class ClampTrials {
 
   // Sets negative entries of y to zero if that changes w by no more than rounding.
   bool IsSolution(PartSolution& one) const {
-    const Vector size = 10 * tolerance_ + 1e-11 * (q_.cwiseAbs() + M_.cwiseAbs() * one.y.cwiseAbs());
+    const Vector size = 10 * tolerance_ + kWorkingPrecision * (q_.cwiseAbs() + M_.cwiseAbs() * one.y.cwiseAbs());
     for (Index i = 0; i < q_.size(); ++i) {
       if (one.y[i] >= 0) continue;
       if ((M_.col(i).cwiseAbs() * -one.y[i]).cwiseQuotient(size.cwiseMax(1e-300)).maxCoeff() > 1) return false;
@@ -303,7 +305,7 @@ class BlockSearch {
     const Matrix M = M_(block, block);
     const Matrix rows_of_block = M_(block, Eigen::all);
     const Vector q = q_(block) + rows_of_block * before;
-    const Vector tolerance = tolerance_(block) + 1e-13 * (rows_of_block.cwiseAbs() * before.cwiseAbs());
+    const Vector tolerance = tolerance_(block) + kNetworkRounding * (rows_of_block.cwiseAbs() * before.cwiseAbs());
     Matrix rows(NumNeeds(b) + observed_.rows(), M.cols());
     rows.topRows(NumNeeds(b)) = M_(needs_[b], block);
     rows.bottomRows(observed_.rows()) = observed_(Eigen::all, block);
@@ -344,7 +346,7 @@ class BlockSearch {
 
   void Clean(BlockSolution& one) const {
     one.w = q_ + M_ * one.y;
-    const Vector size = 10 * tolerance_ + 1e-11 * (q_.cwiseAbs() + M_.cwiseAbs() * one.y);
+    const Vector size = 10 * tolerance_ + kWorkingPrecision * (q_.cwiseAbs() + M_.cwiseAbs() * one.y);
     one.w = (one.w.array() <= size.array()).select(0, one.w);
     for (Index i = 0; i < q_.size(); ++i) {
       const bool is_rounding = (one.y[i] * M_.col(i).cwiseAbs().array() <= size.array()).all();
@@ -382,7 +384,7 @@ class BlockSearch {
     }
   }
 
-  Index RankOf(const Indices& basis) const { return basis.empty() ? 0 : ScaledFactors(M_(basis, basis)).rank(); }
+  Index RankOf(const Indices& basis) const { return basis.empty() ? 0 : EquilibratedLu(M_(basis, basis)).rank(); }
 
   const Matrix& M_;
   const Vector& q_;
@@ -436,8 +438,8 @@ Index FirstOpenRow(const Matrix& given_M, const Vector& given_q, const Matrix& r
       const LinearProgramSolution solution = SolveLinearProgram(program);
       if (solution.verdict == LinearProgramVerdict::kUnboundedBelow) return s;
       if (solution.verdict != LinearProgramVerdict::kOptimal) return -2;
-      constexpr double kSame = 1e-6;  // beside the tolerances of the program
-      if (std::abs(solution.objective - sign * row.dot(z.transpose())) > kSame * (1 + z.cwiseAbs().maxCoeff()))
+      if (std::abs(solution.objective - sign * row.dot(z.transpose())) >
+          kClearDifference * (1 + z.cwiseAbs().maxCoeff()))
         return s;
     }
   }

@@ -14,6 +14,8 @@ namespace dlcs {
 namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
+// Times, and values at them, that differ by less than this part are the same.
+constexpr double kRounding = 1e-12;
 
 // A number in a formula: in parentheses where it has a sign.
 std::string Number(double value) { return value < 0 ? "(" + NumberText(value) + ")" : NumberText(value); }
@@ -341,7 +343,7 @@ std::string DerivativeNear(const Waveform& wave, double inside) {
 bool HasJump(const Waveform& wave, double horizon) {
   if (const auto* pulse = std::get_if<PulseWave>(&wave)) {
     if (pulse->low == pulse->high || pulse->delay >= horizon) return false;
-    const bool is_too_long = pulse->rise + pulse->width + pulse->fall > pulse->period * (1 + 1e-12);
+    const bool is_too_long = pulse->rise + pulse->width + pulse->fall > pulse->period * (1 + kRounding);
     // A pulse that starts to rise at 0 with no ramp does not jump there: it starts high.
     const bool rises = pulse->rise == 0 && (pulse->delay > 0 || pulse->delay + pulse->period < horizon);
     const bool falls = pulse->fall == 0 && pulse->delay + pulse->rise + pulse->width < horizon;
@@ -357,7 +359,6 @@ bool HasJump(const Waveform& wave, double horizon) {
            ValueAt(*line, *line->repeats_from) != line->values.back();
   }
   if (const auto* sine = std::get_if<SineWave>(&wave)) {
-    constexpr double kRounding = 1e-12;
     return !Cuts(wave, horizon).empty() &&
            std::abs(ValueAt(*sine, EndOf(*sine)) - RestOf(*sine)) > kRounding * std::abs(sine->amplitude);
   }

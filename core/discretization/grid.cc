@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {
@@ -15,10 +15,9 @@ namespace {
 // Two times are one node if they are closer than this fraction of a step, and of their distance from the break point
 // before them: in a layer behind it, the solution may change within a tiny part of a step.
 constexpr double kSameNode = 1e-9;
-// Given nodes may be arbitrarily close. Two times closer than this fraction of them are the same time, rounded twice.
-constexpr double kTimeRounding = 8 * std::numeric_limits<double>::epsilon();
 
-bool IsRounded(double a, double b) { return std::abs(a - b) <= kTimeRounding * std::max(a, b); }
+// Whether two times are the same time, rounded a few times. Given nodes may be arbitrarily close.
+bool IsRounded(double a, double b) { return std::abs(a - b) <= RoundingOf(16) * std::max(a, b); }
 
 Index StepsFor(double length, double longest_step) {
   return std::max<Index>(1, static_cast<Index>(std::ceil(length / longest_step * (1 - 1e-12) - kSameNode)));
@@ -97,7 +96,7 @@ Grid GridOfNodes(const std::vector<Mark>& nodes) {
   for (size_t k = 1; k < nodes.size(); ++k) {
     const double begin = nodes[k - 1].time, end = nodes[k].time;
     const bool at_break = nodes[k - 1].rank >= Mark::kBreakPoint;
-    if (at_break || std::abs(end - begin - grid.runs.back().step) > kTimeRounding * end) {
+    if (at_break || std::abs(end - begin - grid.runs.back().step) > RoundingOf(16) * end) {
       grid.runs.push_back({.first_node = static_cast<Index>(k) - 1, .begin = begin, .starts_at_break = at_break});
     }
     Run& run = grid.runs.back();

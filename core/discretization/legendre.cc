@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 
@@ -111,8 +111,7 @@ LegendreSeries InterpolateAtNodes(const LegendreSeries& values) {
 }
 
 Vector EstimateTail(const LegendreSeries& series) {
-  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
-  return EstimateTail(series, kRounding * series.cwiseAbs().rowwise().sum());
+  return EstimateTail(series, RoundingOf(16) * series.cwiseAbs().rowwise().sum());
 }
 
 Vector EstimateTail(const LegendreSeries& series, const Vector& rounding) {

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -21,10 +21,7 @@ SparseFactor<double> Factor(const Problem &problem, double scale) {
 
 // Entries that are lost beside the largest one of their column, even in twice the working precision, are left out: they
 // decay on the way through the factor.
-double LeastEntry(const Vector &half) {
-  constexpr double kLost = std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon();
-  return kLost * MaxAbs(half);
-}
+double LeastEntry(const Vector &half) { return RoundingOf(2) * RoundingOf(2) * MaxAbs(half); }
 
 // Whether the first halves of the solves for the columns of Nᵀ and B take less reading than a solve. Some of Nᵀ tell.
 bool AreHalvesSparse(const SparseFactor<double> &factor, const SparseMatrix &transpose_of_N) {

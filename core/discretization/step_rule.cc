@@ -6,6 +6,7 @@
 namespace dlcs {
 namespace {
 
+// Table: γ of the rule with two stages.
 const double kGamma = 1 - std::sqrt(0.5);
 
 double Weight(SparseRule rule, double step) {

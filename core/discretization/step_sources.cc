@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <variant>
 
 #include "core/format_number.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/weyl_sequence.h"
 
@@ -18,7 +18,7 @@ namespace {
 // Not a node, and not symmetric to one: between the two nodes right of the middle.
 constexpr double kCheckPosition = 0.1305;
 // The rounding error of an interpolant, relative to its largest value; a smaller difference is no interpolation error.
-constexpr double kSourceRounding = 32 * std::numeric_limits<double>::epsilon();
+constexpr double kSourceRounding = RoundingOf(64);
 
 // What is left of each value beyond `noise`, towards zero.
 Vector Beyond(const Vector& values, const Vector& noise) {
@@ -41,8 +41,7 @@ void AddSampleTimes(const TimeFunction& function, double horizon, std::vector<do
 }  // namespace
 
 double SourceSampler::Beside(double t, Side side) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  return std::nextafter(t, side == Side::kRight ? kInfinity : -kInfinity);
+  return std::nextafter(t, side == Side::kRight ? HUGE_VAL : -HUGE_VAL);
 }
 
 void SourceSampler::Sample(double begin, double end, StepSources& step) {
@@ -53,7 +52,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   step.check_s = kCheckPosition;
   static const LegendreVector at_check_position = LegendreValues(kCheckPosition);
   // t is rounded, and moves the value of a source by that times its slope.
-  const double time_rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(end));
+  const double time_rounding = RoundingOf(2) * std::max(std::abs(begin), std::abs(end));
   const auto sample = [&](Index size, bool is_steady, const auto& evaluate, const auto& rounding_at,
                           LegendreSeries& series, Vector& largest, Vector& noise, Vector& at_check, Vector& missed) {
     at_check.resize(size);
@@ -254,13 +253,12 @@ void SourceSampler::TermsOfG(double t, Eigen::Ref<Vector> terms) {
 }
 
 bool SourceSampler::GJumps(double time, const Vector& allowed) {
-  constexpr double kRoundingOfTime = 4 * std::numeric_limits<double>::epsilon();
   const Index n = sources_.num_constraints();
   Vector before(n), left(n), right(n), behind(n);
-  G(time * (1 - kRoundingOfTime), Side::kRight, before);
+  G(time * (1 - RoundingOf(8)), Side::kRight, before);
   G(time, Side::kLeft, left);
   G(time, Side::kRight, right);
-  G(time * (1 + kRoundingOfTime), Side::kLeft, behind);
+  G(time * (1 + RoundingOf(8)), Side::kLeft, behind);
   const Vector noise = (left - before).cwiseAbs() + (behind - right).cwiseAbs();
   return ((right - left).array().abs() > allowed.array() + noise.array()).any();
 }

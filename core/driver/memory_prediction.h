@@ -16,9 +16,6 @@ namespace dlcs {
 // two-dimensional grid, unless `propagator` knows it.
 double PredictBytes(const Problem& problem, const Grid& grid, Method method, const PropagatorChoice& propagator);
 
-// The matrices of steps by sparse factors with `factor_nonzeros` entries.
-double SparseStepBytes(const Problem& problem, double factor_nonzeros);
-
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_DRIVER_MEMORY_PREDICTION_H_

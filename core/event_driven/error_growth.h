@@ -5,7 +5,6 @@
 #define DLCS_CORE_EVENT_DRIVEN_ERROR_GROWTH_H_
 
 #include <array>
-#include <cstdint>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -18,23 +17,11 @@
 
 namespace dlcs {
 
-// `size` pseudo-random signs for rounding errors, different for each `seed`.
-inline auto SignsOfRounding(Index size, unsigned seed = 0) {
-  return Vector::NullaryExpr(size, [seed](Index i) -> double {
-    // The mixing of splitmix64.
-    std::uint64_t z =
-        0x9E3779B97F4A7C15u * (static_cast<std::uint64_t>(i) + 1 + (static_cast<std::uint64_t>(seed) << 32));
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return (z >> 63) != 0 ? -1 : 1;
-  });
-}
-
 // Estimates the errors of the solution by integrating error equations beside it. In a mode an error e obeys
 // e' = Â e + d. At an event at which x' jumps, an error moves the time of the event, so e jumps too. Near an event the
 // solution is compared up to that shift in time: where a fast state settles, or y falls to zero within picoseconds,
-// the difference at one time shows nothing but the shift. Errors of both
-// causes are integrated by the same steps as the solution:
+// the difference at one time shows nothing but the shift. Errors of both causes are integrated by the same steps as the
+// solution:
 //
 // - truncation: d is the interpolation error of the sources, and what events that were overlooked do. A bound has the
 //   signs of e, so that all contributions add up. Another error has the signs that it has inside each step, and adds up

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/event_driven/error_growth.h"
+#include "core/linalg/weyl_sequence.h"
+
 
 namespace dlcs {
 namespace {

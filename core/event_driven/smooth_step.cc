@@ -7,9 +7,9 @@
 #include <limits>
 #include <utility>
 
-#include "core/event_driven/error_growth.h"
 #include "core/linalg/abs_times.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/weyl_sequence.h"
 
 namespace dlcs {
 namespace {

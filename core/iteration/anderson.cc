@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/iteration/anderson.h"
 
-#include <limits>
-
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 
 namespace dlcs {
@@ -63,7 +62,7 @@ Vector AndersonAcceleration::Weights() const {
   const Vector lengths = products_.diagonal().cwiseSqrt();
   const Vector unit = lengths.unaryExpr([](double length) { return length > 0 ? 1 / length : 0.0; });
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(unit.asDiagonal() * products_ * unit.asDiagonal());
-  const double least = 10 * std::numeric_limits<double>::epsilon() * static_cast<double>(unit.size());
+  const double least = RoundingOf(20 * unit.size());
   const Vector inverse = eigen.eigenvalues().unaryExpr([least](double value) { return value > least ? 1 / value : 0; });
   const Matrix& vectors = eigen.eigenvectors();
   return unit.cwiseProduct(vectors * inverse.cwiseProduct(vectors.transpose() * unit.cwiseProduct(right_)));

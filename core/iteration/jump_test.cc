@@ -2,6 +2,7 @@
 #include "core/iteration/jump_test.h"
 
 #include "core/context/solve_context.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -9,8 +10,8 @@ namespace dlcs {
 std::optional<Jump> DetectJump(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Matrix>& y,
                                double largest_slope) {
   constexpr double kRelative = 1e-6;  // of the slope
-  constexpr double kRounding = 1e-9;  // of the size of y, and of q through the slope
-  const double rounding = kRounding * (MaxAbs(y) + largest_slope * MaxAbs(q));
+  // The rounding of y, and of q through the slope.
+  const double rounding = kSameResult * (MaxAbs(y) + largest_slope * MaxAbs(q));
   for (Index j = 1; j < q.cols(); ++j) {
     const double change = MaxAbs(y.col(j) - y.col(j - 1));
     const double moved = MaxAbs(q.col(j) - q.col(j - 1));

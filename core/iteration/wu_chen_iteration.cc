@@ -90,7 +90,7 @@ class PlainIteration {
       }
       const double contraction = k > 1 ? change / last_change : 1;
       const double tolerance = context_.options.iteration_tolerance * size;
-      const bool rounding = change <= 1e-14 * size;
+      const bool rounding = change <= kRowRounding * size;
       if (rounding ||
           (k > 1 && contraction < 1 && std::max(change, change * contraction / (1 - contraction)) <= tolerance)) {
         return Accept(k);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -14,17 +13,13 @@
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {
-namespace {
-
-// Without a Schur form there is no resolvent.
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
 
 Resolvent::Resolvent(const Matrix& A) {
   std::optional<SchurForm> form = ComputeSchurForm(A);
-  if (!form)
-    form = SchurForm{ComplexMatrix::Constant(A.rows(), A.cols(), kNaN), ComplexMatrix::Identity(A.rows(), A.cols())};
+  // Without a Schur form there is no resolvent.
+  if (!form) {
+    form = SchurForm{ComplexMatrix::Constant(A.rows(), A.cols(), NAN), ComplexMatrix::Identity(A.rows(), A.cols())};
+  }
   to_ = form->vectors.adjoint();
   T_ = std::move(form->triangle);
   from_ = std::move(form->vectors);

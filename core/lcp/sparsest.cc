@@ -7,6 +7,7 @@
 
 #include "core/lcp/basis/basis_point.h"
 #include "core/lcp/basis/polish.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/dense/enumeration.h"
 #include "core/lcp/dense/nearest_point.h"
 #include "core/linalg/norms.h"
@@ -19,9 +20,8 @@ namespace {
 class Contest {
  public:
   void Offer(const Vector& y) {
-    constexpr double kTie = 1e-9;
     if (any()) {
-      const double near = kTie * (y.norm() + y_.norm());
+      const double near = kSameResult * (y.norm() + y_.norm());
       if ((y - y_).norm() <= near) return;
       only_one_ = false;
       if (!(y.norm() < y_.norm() - near)) return;

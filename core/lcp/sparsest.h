@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "core/lcp/lcp.h"
+#include "core/lcp/basis/lcp_solver.h"
 #include "core/types.h"
 
 namespace dlcs {

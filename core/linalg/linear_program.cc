@@ -57,8 +57,8 @@ LinearProgramSolution SolveLinearProgram(const LinearProgram& program) {
   const Vector row_lower = ForClp(program.row_lower), row_upper = ForClp(program.row_upper);
   ClpSimplex simplex;
   simplex.setLogLevel(0);
-  simplex.setPrimalTolerance(1e-9);
-  simplex.setDualTolerance(1e-9);
+  simplex.setPrimalTolerance(kProgramTolerance);
+  simplex.setDualTolerance(kProgramTolerance);
   simplex.loadProblem(Packed(program.rows), lower.data(), upper.data(), program.cost.data(), row_lower.data(),
                       row_upper.data());
   const EndWhenStopped end_when_stopped;

@@ -2,7 +2,8 @@
 #include "core/linalg/low_rank.h"
 
 #include <algorithm>
-#include <limits>
+
+#include "core/linalg/bounded_sum.h"
 
 namespace dlcs {
 
@@ -13,7 +14,7 @@ bool TakeColumns(Matrix& matrix, Index most, double negligible, LowRank& factors
   factors = {Matrix(matrix.rows(), 0), Matrix(0, matrix.cols())};
   if (matrix.size() == 0) return true;
   const double size = std::sqrt(matrix.colwise().squaredNorm().maxCoeff());
-  negligible = std::max(negligible, 8 * std::numeric_limits<double>::epsilon() * size);
+  negligible = std::max(negligible, RoundingOf(16) * size);
   for (Index r = 0; r < std::min(matrix.rows(), matrix.cols()); ++r) {
     Index longest = 0;
     const double length = std::sqrt(matrix.colwise().squaredNorm().maxCoeff(&longest));

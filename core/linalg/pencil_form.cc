@@ -3,11 +3,11 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
 #include "core/linalg/balance.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/equilibration.h"
 #include "core/linalg/graded_schur.h"
@@ -76,7 +76,6 @@ std::optional<PencilForm> ComputeExplicitForm(const Matrix& A, double duration) 
 
 std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, Index num_algebraic, const Vector& units,
                                             double duration) {
-  constexpr double kRounding = std::numeric_limits<double>::epsilon() / 2;
   if (!E.allFinite() || !F.allFinite()) return std::nullopt;
   const Index m = E.rows();
   Matrix E_in_units = E * units.asDiagonal(), F_in_units = F * units.asDiagonal();
@@ -88,8 +87,8 @@ std::optional<PencilForm> ComputePencilForm(const Matrix& E, const Matrix& F, In
   if (!G.allFinite()) return std::nullopt;
   // Entries that are only the rounding of their terms are left out of the balancing. A coupling of 1e-30 between two
   // blocks would be scaled to the size of the blocks, and vectors would lose all digits.
-  const Matrix terms = inverse_in_units.cwiseAbs() * E_in_units.cwiseAbs();
-  BalancedMatrix balanced = Balance((G.array().abs() <= kRounding * terms.array()).select(0, G));
+  const BoundedSums<Matrix> sums{G, inverse_in_units.cwiseAbs() * E_in_units.cwiseAbs()};
+  BalancedMatrix balanced = Balance(sums.WithoutRounding(RoundingOf(1)));
   const std::vector<Index>& order = balanced.order;
   const Matrix algebraic = F.bottomRows(num_algebraic)(Eigen::all, order);
   const Index constrained = JoinBlocksOf(F_in_units.bottomRows(num_algebraic)(Eigen::all, order), balanced);

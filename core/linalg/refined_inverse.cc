@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/linalg/refined_inverse.h"
 
-#include <limits>
-
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/double_double.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
@@ -46,7 +45,7 @@ Matrix RefinedInverse(const Matrix& matrix) {
     const double size = correction.cwiseAbs().maxCoeff(), of_inverse = inverse.cwiseAbs().maxCoeff();
     if (!(size < of_inverse)) break;  // so ill conditioned that it does not converge
     inverse += correction;
-    if (size <= 4 * std::numeric_limits<double>::epsilon() * of_inverse) break;
+    if (size <= RoundingOf(8) * of_inverse) break;
   }
   return inverse;
 }

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <limits>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/qr_iteration.h"
 #include "core/parallel/stop_scope.h"
 
@@ -51,7 +51,7 @@ class ComplexQr {
 
   bool CutsOff(Index i) {
     const double beside = Size(T_(i, i)) + Size(T_(i + 1, i + 1));
-    if (!(Size(T_(i + 1, i)) <= std::numeric_limits<double>::epsilon() * beside)) return false;
+    if (!(Size(T_(i + 1, i)) <= RoundingOf(2) * beside)) return false;
     T_(i + 1, i) = 0;
     return true;
   }

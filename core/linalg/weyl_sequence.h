@@ -5,6 +5,9 @@
 #define DLCS_CORE_LINALG_WEYL_SEQUENCE_H_
 
 #include <cmath>
+#include <cstdint>
+
+#include "core/types.h"
 
 namespace dlcs {
 
@@ -14,6 +17,18 @@ namespace dlcs {
 inline double WeylValue(double k) {
   constexpr double kGoldenSection = 0.6180339887498949;
   return std::fmod(k * kGoldenSection, 1.0);
+}
+
+// `size` pseudo-random signs for rounding errors, different for each `seed`.
+inline auto SignsOfRounding(Index size, unsigned seed = 0) {
+  return Vector::NullaryExpr(size, [seed](Index i) -> double {
+    // The mixing of splitmix64.
+    std::uint64_t z =
+        0x9E3779B97F4A7C15u * (static_cast<std::uint64_t>(i) + 1 + (static_cast<std::uint64_t>(seed) << 32));
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return (z >> 63) != 0 ? -1 : 1;
+  });
 }
 
 }  // namespace dlcs

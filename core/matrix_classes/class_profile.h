@@ -7,7 +7,7 @@
 #include "core/matrix_classes/copositive.h"
 #include "core/matrix_classes/fact.h"
 #include "core/matrix_classes/minor_classes.h"
-#include "core/matrix_classes/positive_semidefinite.h"
+#include "core/matrix_classes/quadratic_form.h"
 #include "core/matrix_classes/semicopositive.h"
 #include "core/types.h"
 

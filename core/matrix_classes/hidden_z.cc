@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <random>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/equilibration.h"
 #include "core/linalg/linear_program.h"
 #include "core/linalg/norms.h"
@@ -25,9 +25,6 @@ namespace {
 constexpr Index kMaxSearchSize = 20;
 constexpr Index kMaxAllChoices = 6;
 constexpr int kRandomPairs = 20;
-
-// CLP satisfies its rows to 1e-9. For entries of size one, a margin above this value is therefore real.
-constexpr double kClear = 1e-7;
 
 struct DualWeights {
   Vector r, s;
@@ -56,8 +53,7 @@ std::vector<DualWeights> RandomWeights(Index n) {
 // Exactly zero in both, or smaller beyond the rounding of sums of n terms, whose absolute values add up to
 // `terms`.
 bool IsBelow(const Vector& value, const Vector& limit, const Vector& terms) {
-  const double unit = 4 * static_cast<double>(value.size()) * std::numeric_limits<double>::epsilon();
-  return ((limit - value).array() >= unit * (terms + limit.cwiseAbs()).array()).all();
+  return ((limit - value).array() >= RoundingOf(8 * value.size()) * (terms + limit.cwiseAbs()).array()).all();
 }
 
 // max t over x in the unit cube with x_i <= -t and (Mx)_i <= -t for i != j; `gain`ᵀx >= t is a constraint too. Rows of
@@ -77,7 +73,7 @@ std::optional<Vector> Column(const Matrix& M, const Vector& gain, Index j) {
   program.upper.setConstant(1);
   program.cost[n] = -1;
   const LinearProgramSolution column = SolveLinearProgram(program);
-  if (column.verdict != LinearProgramVerdict::kOptimal || !(column.z[n] > kClear)) return std::nullopt;
+  if (column.verdict != LinearProgramVerdict::kOptimal || !(column.z[n] > kClearProgramMargin)) return std::nullopt;
   return column.z.head(n);
 }
 
@@ -137,31 +133,31 @@ Fact Found(const Matrix& M, Matrix X, DualWeights weights, std::string why) {
   return fact;
 }
 
-struct Solution {
+struct ProvenX {
   Matrix X;
   DualWeights weights;
 };
 
 // Complete but for members on the boundary.
-std::optional<Solution> SearchAllChoices(const Matrix& M) {
+std::optional<ProvenX> SearchAllChoices(const Matrix& M) {
   for (unsigned alpha = 0; alpha < 1u << M.rows(); ++alpha) {
     LookForStop();
     const std::optional<Matrix> X = HiddenZMatrixForChoice(M, alpha);
     if (!X) continue;
     const std::optional<DualWeights> weights = BestWeights(M, *X);
-    if (weights && IsProof(M, *X, *weights)) return Solution{*X, *weights};
+    if (weights && IsProof(M, *X, *weights)) return ProvenX{*X, *weights};
   }
   return std::nullopt;
 }
 
 // X column by column for some (r, s).
-std::optional<Solution> SearchSomeWeights(const Matrix& M) {
+std::optional<ProvenX> SearchSomeWeights(const Matrix& M) {
   const Index n = M.rows();
-  const auto with = [&](const DualWeights& weights) -> std::optional<Solution> {
+  const auto with = [&](const DualWeights& weights) -> std::optional<ProvenX> {
     const Vector gain = weights.r + M.transpose() * weights.s;
     std::optional<Matrix> X = Columns(M, [&](Index) { return gain; });
     if (!X || !IsProof(M, *X, weights)) return std::nullopt;
-    return Solution{*std::move(X), weights};
+    return ProvenX{*std::move(X), weights};
   };
   for (const DualWeights& weights : FirstWeights(n)) {
     if (auto found = with(weights)) return found;
@@ -169,7 +165,7 @@ std::optional<Solution> SearchSomeWeights(const Matrix& M) {
   const auto diagonal = [&](Index j) -> Vector { return Vector::Unit(n, j) + M.row(j).transpose(); };
   if (const std::optional<Matrix> X = Columns(M, diagonal)) {
     const std::optional<DualWeights> weights = BestWeights(M, *X);
-    if (weights && IsProof(M, *X, *weights)) return Solution{*X, *weights};
+    if (weights && IsProof(M, *X, *weights)) return ProvenX{*X, *weights};
   }
   for (const DualWeights& weights : RandomWeights(n)) {
     if (auto found = with(weights)) return found;

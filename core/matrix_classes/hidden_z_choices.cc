@@ -9,9 +9,6 @@
 namespace dlcs {
 namespace {
 
-// CLP satisfies its rows to 1e-9. For entries of size one, a margin above this value is therefore real.
-constexpr double kClearlyPositive = 1e-7;
-
 // The rows e_j, and M_j for j in `alpha`.
 Matrix Generators(const Matrix& M, unsigned alpha) {
   Matrix G = Matrix::Identity(M.rows(), M.cols());
@@ -25,16 +22,16 @@ Matrix Generators(const Matrix& M, unsigned alpha) {
 // Rounding and CLP leave an entry of 1e-9 or so: it becomes zero when one b_i is moved, by less than what the
 // margin of the others and of b_i allow.
 bool IsCombinationBeyondRounding(const Matrix& M, const Vector& g, const Vector& b, Index j) {
-  constexpr double kLargestMultiplier = 1e3, kRounding = 1e-10, kTiny = 1e-8;
+  constexpr double kLargestMultiplier = 1e3, kRounding = 1e-10;
   if (b.maxCoeff() > kLargestMultiplier || b[j] != 0) return false;
   Vector rest = g - M.transpose() * b;
   const double residual = std::abs(rest[j]) + kRounding;  // of sums of size 1e3
   rest[j] = kUnbounded;
-  if (rest.minCoeff() < kClearlyPositive) return false;
+  if (rest.minCoeff() < kClearProgramMargin) return false;
   for (Index i = 0; i < M.rows(); ++i) {
     if (i == j) continue;
     const double move = residual / std::abs(M(i, j));
-    if (move < b[i] && move * M.row(i).lpNorm<Eigen::Infinity>() < kTiny) return true;
+    if (move < b[i] && move * M.row(i).lpNorm<Eigen::Infinity>() < kProgramMargin) return true;
   }
   return false;
 }
@@ -112,7 +109,7 @@ std::optional<Matrix> HiddenZMatrixForChoice(const Matrix& M, unsigned alpha) {
   program.upper.setConstant(1);
   program.cost[t] = -1;
   const LinearProgramSolution solution = SolveLinearProgram(program);
-  if (solution.verdict != LinearProgramVerdict::kOptimal || !(solution.z[t] > kClearlyPositive)) return std::nullopt;
+  if (solution.verdict != LinearProgramVerdict::kOptimal || !(solution.z[t] > kClearProgramMargin)) return std::nullopt;
   return Matrix(solution.z.head(t).reshaped(n, n));
 }
 
@@ -125,7 +122,7 @@ bool HiddenZChoiceIsImpossible(const Matrix& M, unsigned alpha) {
     const std::optional<Exclusion> found = Exclude(M, G, support, with_margin);
     if (!found) return false;
     if (with_margin) return IsProof(M, G, *found);
-    for (std::size_t j = 0; j < support.size(); ++j) support[j] = found->w[static_cast<Index>(j)] > kClearlyPositive;
+    for (std::size_t j = 0; j < support.size(); ++j) support[j] = found->w[static_cast<Index>(j)] > kClearProgramMargin;
   }
   return false;
 }

@@ -2,9 +2,9 @@
 #include "core/matrix_classes/m_matrix.h"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/simd/elimination_loops.h"
 #include "core/parallel/stop_scope.h"
 
@@ -28,8 +28,6 @@ MMatrixFactor::MMatrixFactor(const MMatrixFactor& other)
     : band_(other.band_), lu_(other.lu_.rows(), other.lu_.cols()) {}
 
 Index MMatrixFactor::Factor(const Matrix& M, std::span<const Index> indices) {
-  // Pivots above this fraction of the diagonal entry have lost few digits; those below are looked at closely.
-  constexpr double kClearlyPositive = 1e-7;
   constexpr Index kPanel = 12;  // by trial: 8 to 16 are within 5 % for n = 64 to 255
   const Index size = static_cast<Index>(indices.size());
   const bool increasing = std::is_sorted(indices.begin(), indices.end());
@@ -47,7 +45,7 @@ Index MMatrixFactor::Factor(const Matrix& M, std::span<const Index> indices) {
     for (Index p = begin; p < end; ++p) {
       const double diagonal = M(indices[p], indices[p]);
       const double pivot = lu_(p, p);
-      if (!(pivot > kClearlyPositive * diagonal) && !IsPositiveBeyondRounding(M, indices, p)) return p;
+      if (!(pivot > kClearPivot * diagonal) && !IsPositiveBeyondRounding(M, indices, p)) return p;
       const Index rows = std::min(size - 1, p + below) - p;
       const Index last_column = std::min(end - 1, p + above);
       double* const multipliers = &lu_(p, p) + 1;
@@ -71,7 +69,7 @@ void MMatrixFactor::UpdateBehind(Index begin, Index end, Index size) {
 // differs from M by a few units of rounding per entry, E, which moves d by xᵀ E z to first order, with
 // x = (-M_SS⁻ᵀ M_rSᵀ, 1) and z = (-M_SS⁻¹ M_Sr, 1), both nonnegative.
 bool MMatrixFactor::IsPositiveBeyondRounding(const Matrix& M, std::span<const Index> indices, Index p) const {
-  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+  constexpr Index kOperations = 16;  // a few units of rounding, and as much for second order
   if (!(lu_(p, p) > 0)) return false;
   Vector x(p), z(p);
   for (Index i = 0; i < p; ++i) {
@@ -85,7 +83,7 @@ bool MMatrixFactor::IsPositiveBeyondRounding(const Matrix& M, std::span<const In
     for (Index i = 0; i < p; ++i) bound += std::abs(x[i] * M(indices[i], indices[j]) * z[j]);
     bound += std::abs(M(indices[p], indices[j]) * z[j]) + std::abs(x[j] * M(indices[j], indices[p]));
   }
-  return lu_(p, p) > kRounding * bound;
+  return lu_(p, p) > RoundingOf(kOperations) * bound;
 }
 
 void MMatrixFactor::Solve(Eigen::Ref<Vector> x) const {

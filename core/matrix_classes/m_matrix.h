@@ -18,6 +18,9 @@ struct Bandwidth {
 };
 Bandwidth BandwidthOf(const Matrix& M);
 
+// A pivot of a Z-matrix above this fraction of its diagonal entry has lost few digits, and is positive beyond doubt.
+inline constexpr double kClearPivot = 1e-7;
+
 // LU factors of M_SS for a Z-matrix M, and with them the answer to whether M_SS is a nonsingular M-matrix: a
 // Z-matrix is one exactly when all pivots of an elimination without row exchanges are positive, in any one
 // order [Berman & Plemmons 1994, Theorem 6.2.3]. Row exchanges would not help either: off-diagonal entries

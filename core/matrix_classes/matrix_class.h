@@ -1,36 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known about the matrix M of a linear complementarity problem, and which solution rule it admits.
+// The class of the matrix M of a linear complementarity problem, and which solution rule it admits.
 
 #ifndef DLCS_CORE_MATRIX_CLASSES_MATRIX_CLASS_H_
 #define DLCS_CORE_MATRIX_CLASSES_MATRIX_CLASS_H_
 
 #include <optional>
-#include <string>
 
 #include "absl/status/statusor.h"
 #include "core/linalg/structured_matrix.h"
+#include "core/matrix_classes/class_facts.h"
 #include "core/matrix_classes/fact.h"
 #include "core/problem/problem.h"
 #include "core/types.h"
 
 namespace dlcs {
-
-struct MatrixClass {
-  Fact z;                      // off-diagonal entries <= 0
-  Fact p;                      // all principal minors > 0
-  Fact positive_semidefinite;  // yᵀMy >= 0 for all y (M need not be symmetric)
-  Fact hidden_z;               // tested only if the rule needs it; the witness holds X, Y, r and s
-  Index size = 0;              // n
-  bool zero = false;           // M = 0
-  bool zero_row = false;       // some row of M is zero: a constraint on the state alone
-  // max ‖(M_SS)⁻¹‖_∞ over nonsingular principal submatrices: the Lipschitz constant L (2.3) of [Chen & Xiang
-  // 2013] of the solution (P) or least-element solution (Z, hidden Z); absent for other matrices. Exact for n <= 12 and
-  // for M-matrices; beyond, a bound for H-matrices (diagonally dominant ones among them) and positive
-  // definite ones, otherwise absent. See core/matrix_classes/lipschitz.h.
-  std::optional<double> lipschitz;
-  // As text, the strongest statement first: "P- and Z-matrix (nonsingular M-matrix)".
-  std::string description;
-};
 
 // Classifies `M` (square, finite, n >= 1), with what `rule` needs to know. Exact P-test (all principal
 // minors, by recursive Schur complements) for n <= 20, and for Z-matrices of any size; beyond, sufficient and

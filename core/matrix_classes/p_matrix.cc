@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/matrix_classes/m_matrix.h"
 #include "core/matrix_classes/positive_semidefinite.h"
 #include "core/matrix_classes/principal_minors.h"
@@ -86,7 +87,7 @@ Fact SmallMinors(const Matrix& M) {
     for (Index j = i + 1; j < M.rows(); ++j) {
       const double plus = M(i, i) * M(j, j);
       const double minus = M(i, j) * M(j, i);
-      const double rounding = 4 * TrackedMatrix::kRounding * (plus + std::abs(minus));
+      const double rounding = RoundingOf(8) * (plus + std::abs(minus));
       if (plus - minus <= rounding) return NotPositive({i, j}, plus - minus, plus - minus < -rounding);
     }
   }

@@ -4,7 +4,7 @@
 #ifndef DLCS_CORE_MATRIX_CLASSES_P_MATRIX_H_
 #define DLCS_CORE_MATRIX_CLASSES_P_MATRIX_H_
 
-#include "core/matrix_classes/matrix_class.h"
+#include "core/matrix_classes/fact.h"
 #include "core/types.h"
 
 namespace dlcs {

@@ -6,7 +6,7 @@
 
 #include <optional>
 
-#include "core/matrix_classes/matrix_class.h"
+#include "core/matrix_classes/fact.h"
 #include "core/types.h"
 
 namespace dlcs {
@@ -23,18 +23,6 @@ Fact TestPositiveSemidefinite(const Matrix& M);
 std::optional<double> SmallestEigenvalueIfDefinite(const Matrix& M);
 
 bool IsSymmetricPartPositiveDefinite(const Matrix& M);
-
-struct QuadraticFormClasses {
-  Fact positive_definite;      // yᵀMy > 0 for all y != 0
-  Fact positive_semidefinite;  // yᵀMy >= 0 for all y
-};
-
-// The same questions of `M` as it stands, without the benefit of rounding: unknown at the boundary. Yes for
-// positive definite comes with `witness.value`, the smallest eigenvalue of (M + Mᵀ)/2; no with `witness.z` !=
-// 0 and `witness.value` = zᵀMz (negative beyond rounding, or not positive exactly). Where only exact minors
-// of the symmetric part decide (n <= 20), a no comes with `witness.indices` = S and `witness.value` = det ((M
-// + Mᵀ)/2)_SS. O(n³), or O(2ⁿ) at the boundary.
-QuadraticFormClasses ClassifyQuadraticForm(const Matrix& M);
 
 // M + Mᵀ with every entry rounded downwards, and whether none of them had to be.
 struct SymmetricSum {

@@ -7,25 +7,23 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <vector>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/types.h"
 
 namespace dlcs {
 
-// Entries and bounds of their absolute errors, carried to first order. The unit is twice the rounding of one
-// operation, which leaves room for the terms of second order as long as pivots are clear.
+// Entries and bounds of their absolute errors, carried to first order. An operation counts as two, which
+// leaves room for the terms of second order as long as pivots are clear.
 struct TrackedMatrix {
   Matrix value;
   Matrix error;
 
-  static constexpr double kRounding = std::numeric_limits<double>::epsilon();
-
   // The matrix with exact entries, and the matrix whose entries carry rounding errors already.
   static TrackedMatrix Exactly(const Matrix& M) { return {M, Matrix::Zero(M.rows(), M.cols())}; }
-  static TrackedMatrix Rounded(const Matrix& M) { return {M, kRounding * M.cwiseAbs()}; }
+  static TrackedMatrix Rounded(const Matrix& M) { return {M, RoundingOf(2) * M.cwiseAbs()}; }
 
   bool PivotIsPositive() const { return value(0, 0) > error(0, 0); }
 
@@ -36,7 +34,7 @@ struct TrackedMatrix {
   void EliminateInto(TrackedMatrix& schur) const {
     const Index size = value.rows() - 1;
     const double pivot = value(0, 0);
-    const double pivot_error = error(0, 0) / std::abs(pivot) + 2 * kRounding;
+    const double pivot_error = error(0, 0) / std::abs(pivot) + RoundingOf(4);
     for (Index j = 0; j < size; ++j) {
       const double up = value(0, j + 1) / pivot;
       const double up_error = error(0, j + 1) / std::abs(pivot);
@@ -46,7 +44,7 @@ struct TrackedMatrix {
         const double entry = value(i + 1, j + 1) - product;
         schur.value(i, j) = entry;
         schur.error(i, j) = error(i + 1, j + 1) + std::abs(left) * up_error + error(i + 1, 0) * std::abs(up) +
-                            std::abs(product) * pivot_error + kRounding * std::abs(entry);
+                            std::abs(product) * pivot_error + RoundingOf(2) * std::abs(entry);
       }
     }
   }

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
 
@@ -15,7 +15,7 @@ namespace {
 template <class AnyMatrix>
 bool ReachesPairs(const Eigen::RowVectorXd& row, const Eigen::RowVectorXd& bound, const AnyMatrix& B,
                   const AnyMatrix& abs_B, int k) {
-  const double rounding = 16 * std::numeric_limits<double>::epsilon() * static_cast<double>(row.size());
+  const double rounding = RoundingOf(32 * row.size());
   const Eigen::RowVectorXd on_y = row * B, bound_on_y = bound * abs_B;
   return (on_y.array().abs() > rounding * k * bound_on_y.array()).any();
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/matrix_classes/s_matrix.h"
 
-#include <limits>
 #include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/linear_program.h"
 #include "core/matrix_classes/exact_classes.h"
 #include "core/matrix_classes/m_matrix.h"
@@ -17,15 +17,11 @@ namespace {
 
 constexpr Index kMaxLinearProgramRows = 200;
 
-// Returns a bound on the rounding error of M z for any order of summation.
-Vector RoundingOfProduct(const Matrix& M, const Vector& z) {
-  const double unit = 2 * static_cast<double>(M.cols()) * std::numeric_limits<double>::epsilon();
-  return unit * (M.cwiseAbs() * z.cwiseAbs());
-}
-
 // Entries that are zero in every term count as zero; others must be negative beyond rounding.
 bool ImageIsNotPositive(const Matrix& M, const Vector& z) {
-  return z.minCoeff() >= 0 && z.maxCoeff() > 0 && ((M * z).array() <= -RoundingOfProduct(M, z).array()).all();
+  const BoundedSums<Vector> image = BoundedProduct(M, z);
+  return z.minCoeff() >= 0 && z.maxCoeff() > 0 &&
+         (image.value.array() <= -RoundingOfProduct(M.cols()) * image.terms.array()).all();
 }
 
 Fact WithWitness(Answer answer, std::string why, Vector z) {
@@ -61,7 +57,7 @@ Fact ByGame(const Matrix& M) {
 }  // namespace
 
 bool ImageIsPositive(const Matrix& M, const Vector& z) {
-  return z.minCoeff() >= 0 && ((M * z).array() > RoundingOfProduct(M, z).array()).all();
+  return z.minCoeff() >= 0 && BoundedProduct(M, z).AllPositive(RoundingOfProduct(M.cols()));
 }
 
 Matrix ZMatrixBelow(const Matrix& M) {

@@ -5,14 +5,10 @@
 #define DLCS_CORE_MATRIX_CLASSES_SEMICOPOSITIVE_H_
 
 #include "core/matrix_classes/fact.h"
+#include "core/matrix_classes/semicopositive_sweep.h"
 #include "core/types.h"
 
 namespace dlcs {
-
-struct SemicopositiveClasses {
-  Fact strict;  // z >= 0 and z ∘ Mz <= 0 imply z = 0: (1) of [Shen & Pang 2007]; completely S, of type 0
-  Fact weak;    // no z >= 0, z != 0, has (Mz)_i < 0 wherever z_i > 0: semimonotone, E0
-};
 
 // Both classes of `M`, square and finite, n >= 1, whose entries are taken as they stand.
 //

@@ -5,16 +5,14 @@
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
 namespace {
-
-constexpr double kRoundoff = std::numeric_limits<double>::epsilon();
 
 // The first entry that `is_bad`, column by column, as the reason for a no.
 template <typename Predicate>
@@ -57,10 +55,8 @@ SparseMatrix Comparison(const SparseMatrix& M) {
 
 // Whether M v > 0 beyond the rounding of the sums.
 bool IsImagePositive(const SparseMatrix& M, const Vector& v) {
-  const Vector image = M * v;
-  const Vector size = M.cwiseAbs() * v.cwiseAbs();
-  const double most_terms = static_cast<double>(M.nonZeros() - M.rows() + 2);
-  return (image.array() > most_terms * kRoundoff * size.array()).all();
+  const Index most_terms = M.nonZeros() - M.rows() + 1;
+  return BoundedProduct(M, v).AllPositive(RoundingOfProduct(most_terms));
 }
 
 SparseMatrix SymmetricPart(const SparseMatrix& M) { return (M + SparseMatrix(M.transpose())) * 0.5; }
@@ -135,7 +131,7 @@ Fact TestPositiveDefinite(const SparseMatrix& M) {
   Eigen::SimplicialLDLT<SparseMatrix> ldlt(part);
   if (ldlt.info() != Eigen::Success) return unknown;
   const double terms = static_cast<double>(ldlt.matrixL().nestedExpression().nonZeros() + 3 * M.rows());
-  ldlt.setShift(-8 * kRoundoff * (terms + MaxAbs(part.cwiseAbs() * Vector::Ones(M.rows()))));
+  ldlt.setShift(-RoundingOf(16) * (terms + MaxAbs(part.cwiseAbs() * Vector::Ones(M.rows()))));
   ldlt.factorize(part);
   if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().array() > 0).all()) return unknown;
   return {Answer::kYes, "the factorization of its symmetric part has positive pivots"};

@@ -5,7 +5,8 @@
 #define DLCS_CORE_MATRIX_CLASSES_SPARSE_CLASS_H_
 
 #include "core/linalg/structured_matrix.h"
-#include "core/matrix_classes/matrix_class.h"
+#include "core/matrix_classes/class_facts.h"
+#include "core/matrix_classes/fact.h"
 
 namespace dlcs {
 

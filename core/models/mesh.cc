@@ -19,6 +19,7 @@ Matrix EdgesOf(const Mesh& mesh, const Mesh::Element& element) {
 
 double MeasureOf(const Matrix& edges) {
   if (edges.cols() == 0) return 1;
+  // Table: the factorials of 0 to 3.
   constexpr double kFactorials[] = {1, 1, 2, 6};
   return std::sqrt(std::max(0.0, (edges.transpose() * edges).determinant())) / kFactorials[edges.cols()];
 }

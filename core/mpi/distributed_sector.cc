@@ -3,9 +3,9 @@
 
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/mpi/distributed_krylov.h"
 #include "core/mpi/halo.h"
 #include "core/mpi/row_exchange.h"
@@ -64,7 +64,6 @@ class DistributedProof {
  private:
   // Whether v exists for an H with these rows, or entries of these sizes off the diagonal.
   bool IsPositive(RowMajorMatrix C) {
-    constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
     bool is_dominant = true, has_diagonal = true;
     for (Index i = 0; i < C.rows(); ++i) {
       double diagonal = 0, others = 0;
@@ -77,7 +76,7 @@ class DistributedProof {
         }
       }
       has_diagonal = has_diagonal && diagonal > 0;
-      is_dominant = is_dominant && diagonal >= (1 - kRounding) * others;
+      is_dominant = is_dominant && diagonal >= (1 - RoundingOf(32)) * others;
     }
     if (team_.Any(!has_diagonal)) return false;
     if (!team_.Any(!is_dominant)) return true;

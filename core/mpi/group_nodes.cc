@@ -47,7 +47,7 @@ std::unique_ptr<GroupNodes> GroupNodes::Create(const Problem& problem, const Opt
   const RowMajorMatrix A = RowsOf(problem.A, states, group);
   const RowMajorMatrix E = problem.has_mass() ? RowsOf(problem.E, states, group) : RowMajorMatrix();
   // Entries with their copies while a cycle is made, its levels, and vectors.
-  constexpr double kBytesOfAnEntry = 110, kVectors = ShiftedSystem::kRestart + 16;
+  constexpr int kBytesOfAnEntry = 110, kVectors = ShiftedSystem::kRestart + 16;
   const double bytes = kBytesOfAnEntry * static_cast<double>(A.nonZeros() + E.nonZeros()) +
                        static_cast<double>(A.rows()) * (16 * kVectors + 8 * static_cast<double>(n + kNarrowLift));
   if (group.Max(bytes) > options.max_memory) {

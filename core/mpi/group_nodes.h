@@ -66,6 +66,22 @@ class GroupNodes final : public NodeSolver {
   std::string failure_;
 };
 
+// Makes the solvers of the nodes for each propagator.
+class GroupNodeSolvers final : public NodeSolverGroups {
+ public:
+  // Arguments as for RankGroups.
+  GroupNodeSolvers(MpiTeam& world, int ranks_per_group) : groups_(world, ranks_per_group) {}
+
+  RankGroups& ranks() { return groups_; }
+  std::unique_ptr<NodeSolver> MakeSolver(const Problem& problem, const Options& options,
+                                         std::string& why_not) override {
+    return GroupNodes::Create(problem, options, groups_, why_not);
+  }
+
+ private:
+  RankGroups groups_;
+};
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_MPI_GROUP_NODES_H_

@@ -15,11 +15,11 @@
 #include "core/mpi/distributed_krylov.h"
 #include "core/mpi/distributed_operator.h"
 #include "core/mpi/halo.h"
-#include "core/mpi/mpi_team.h"
 #include "core/mpi/ownership.h"
 #include "core/mpi/part_of_problem.h"
 #include "core/mpi/row_exchange.h"
 #include "core/stepping/iterative_step.h"
+#include "core/stepping/iterative_stepper.h"
 #include "core/stepping/stepping.h"
 
 namespace dlcs {
@@ -195,23 +195,24 @@ std::vector<LeftLimit> CollectLeftLimits(const Solution& part, const Ownership& 
   }
 }
 
-// Adds what the ranks have found to the solution of the whole.
-void Conclude(SolveContext& part, const Ownership& states, const Ownership& pairs, MpiTeam& team, SolveContext& whole) {
+// Adds what the ranks have found to the solution of the whole. Where `kept` is not null, the trajectory goes there.
+void Conclude(SolveContext& part, const Ownership& states, const Ownership& pairs, MpiTeam& team, SolveContext& whole,
+              std::optional<TrajectoryParts>* kept) {
   const Index recorded = part.recorder.recorded();
   part.recorder.Finish();
   Solution& solution = whole.solution;
   const Solution& of_rank = part.solution;
   std::copy(of_rank.times.begin(), of_rank.times.end(), solution.times.begin());
   std::vector<LeftLimit> left_limits = CollectLeftLimits(of_rank, pairs, team);
-  if (team.keeps_trajectories()) {
+  if (kept) {
     // The trajectory stays on the ranks, so the caller cannot look for values that are not finite.
     const bool is_finite = of_rank.x.allFinite() && of_rank.y.allFinite() && of_rank.w.allFinite();
     if (team.Any(!is_finite) && of_rank.termination == Termination::kNotSolved) {
       part.Fail(Termination::kNonFinite, whole.problem.horizon, "The trajectory holds a number that is not finite.");
     }
     for (Matrix* values : {&solution.x, &solution.y, &solution.w}) values->resize(0, values->cols());
-    team.trajectory().emplace(TrajectoryParts{states, pairs, std::move(part.solution.x), std::move(part.solution.y),
-                                              std::move(part.solution.w), std::move(left_limits)});
+    kept->emplace(TrajectoryParts{states, pairs, std::move(part.solution.x), std::move(part.solution.y),
+                                  std::move(part.solution.w), std::move(left_limits)});
   } else {
     solution.x.leftCols(recorded) = Collect(of_rank.x, states, team);
     solution.y.leftCols(recorded) = Collect(of_rank.y, pairs, team);
@@ -377,7 +378,7 @@ bool MpiSteps::Take(SolveContext& context, SparseRule rule, IterativeAccount& ac
     return std::make_unique<MpiStepper>(std::move(stepper), context, states, pairs, team_);
   };
   const bool reached_end = StepThroughGrid(of_rank, make_stepper);
-  Conclude(of_rank, states, pairs, team_, context);
+  Conclude(of_rank, states, pairs, team_, context, keeps_trajectories_ ? &trajectory_ : nullptr);
   return reached_end && solution.termination == Termination::kNotSolved;
 }
 

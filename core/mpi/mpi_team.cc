@@ -4,24 +4,12 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/mpi/mpi_steps.h"
-#include "core/mpi/rank_groups.h"
-
 namespace dlcs {
 
 MpiTeam::MpiTeam(MPI_Comm communicator) : communicator_(communicator) {
   MPI_Comm_rank(communicator_, &rank_);
   MPI_Comm_size(communicator_, &size_);
-  steps_ = std::make_unique<MpiSteps>(*this);
 }
-
-MpiTeam::~MpiTeam() = default;
-
-NodeSolverGroups* MpiTeam::node_solver_groups() { return groups_.get(); }
-
-void MpiTeam::MakeGroups(int ranks_per_group) { groups_ = std::make_unique<RankGroups>(*this, ranks_per_group); }
-
-MpiTeam* MpiTeam::group() { return groups_ ? &groups_->group() : nullptr; }
 
 void MpiTeam::Share(int owner, double* values, Index count) {
   constexpr Index kAtOnce = Index{1} << 27;  // counts of MPI are int

@@ -9,14 +9,14 @@
 #include <thread>
 #include <utility>
 
-#include "core/mpi/mpi_team.h"
 #include "core/mpi/multigrid_cycle.h"
+#include "core/mpi/solving_team.h"
 
 namespace dlcs {
 
 struct MpiWorld::Impl {
   MPI_Comm solves = MPI_COMM_NULL, end = MPI_COMM_NULL;
-  std::unique_ptr<MpiTeam> team;
+  std::unique_ptr<SolvingTeam> team;
 };
 
 std::string MpiWorld::WhyNone() {
@@ -37,7 +37,7 @@ MpiWorld::MpiWorld(int& argc, char**& argv) : impl_(std::make_unique<Impl>()) {
   MPI_Comm_dup(MPI_COMM_WORLD, &impl_->solves);
   MPI_Comm_dup(MPI_COMM_WORLD, &impl_->end);
   MultigridCycle::StartLibrary();
-  impl_->team = std::make_unique<MpiTeam>(impl_->solves);
+  impl_->team = std::make_unique<SolvingTeam>(impl_->solves);
 }
 
 MpiWorld::~MpiWorld() {
@@ -72,7 +72,7 @@ std::stop_token MpiWorld::Agreed(std::stop_token own) { return impl_->team->Agre
 
 std::string MpiWorld::OfFirst(std::string text) { return impl_->team->TextOf(0, std::move(text)); }
 
-MpiTeam& MpiWorld::team() { return *impl_->team; }
+SolvingTeam& MpiWorld::team() { return *impl_->team; }
 
 int MpiWorld::RunTogether(const std::function<int()>& run, const std::function<void()>& explain) {
   const TeamScope scope(*impl_->team);

@@ -11,7 +11,7 @@
 
 namespace dlcs {
 
-class MpiTeam;
+class SolvingTeam;
 
 // From MPI_Init to MPI_Finalize; one in a program.
 class MpiWorld {
@@ -38,7 +38,7 @@ class MpiWorld {
   // Called by all ranks.
   std::stop_token Agreed(std::stop_token own);
 
-  MpiTeam& team();
+  SolvingTeam& team();
 
   // The text of the first rank, on all. Called by all ranks.
   std::string OfFirst(std::string text);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/mpi/rank_groups.h"
 
-#include "core/mpi/group_nodes.h"
-
 namespace dlcs {
 
 RankGroups::RankGroups(MpiTeam& world, int ranks_per_group) : world_(world) {
@@ -18,11 +16,6 @@ RankGroups::~RankGroups() {
   group_.reset();
   MPI_Comm_free(&peer_ranks_);
   MPI_Comm_free(&group_ranks_);
-}
-
-std::unique_ptr<NodeSolver> RankGroups::MakeSolver(const Problem& problem, const Options& options,
-                                                   std::string& why_not) {
-  return GroupNodes::Create(problem, options, *this, why_not);
 }
 
 }  // namespace dlcs

@@ -7,29 +7,25 @@
 #include <mpi.h>
 
 #include <memory>
-#include <string>
 
 #include "core/mpi/mpi_team.h"
-#include "core/propagator/node_solver.h"
 
 namespace dlcs {
 
 // Ranks 0..G - 1 are the first group, the next G the second, and so on: neighbors are likely to be on one machine. A
 // group has all rows of a matrix, and so have the peers of one rank, those with its place in other groups, the same
 // rows.
-class RankGroups final : public NodeSolverGroups {
+class RankGroups {
  public:
   // `ranks_per_group` divides the number of ranks of `world`, which must outlive the groups. Called by all ranks.
   RankGroups(MpiTeam& world, int ranks_per_group);
-  ~RankGroups() override;
+  ~RankGroups();
   RankGroups(const RankGroups&) = delete;
   RankGroups& operator=(const RankGroups&) = delete;
 
   MpiTeam& world() { return world_; }
   MpiTeam& group() { return *group_; }  // of this rank
   MpiTeam& peers() { return *peers_; }  // whose rank there is the number of its group
-
-  std::unique_ptr<NodeSolver> MakeSolver(const Problem& problem, const Options& options, std::string& why_not) override;
 
  private:
   MpiTeam& world_;

@@ -86,7 +86,8 @@ double ShiftedSystem::Norm(const Eigen::VectorXcd& v) {
 
 bool ShiftedSystem::Solve(Complex z, const Eigen::VectorXcd& b, double tolerance, Eigen::VectorXcd& x) {
   constexpr int kMostCycles = 25;
-  constexpr double kProgress = 0.5, kRounding = 10;
+  constexpr double kProgress = 0.5;
+  constexpr int kTimesLooser = 10;  // where rounding does not allow the tolerance
   PrepareCycle(std::abs(z));
   x.setZero(b.size());
   Eigen::VectorXcd w = b;
@@ -104,7 +105,7 @@ bool ShiftedSystem::Solve(Complex z, const Eigen::VectorXcd& b, double tolerance
     size_of_x = Norm(x);
     error_ = size / size_of_x;
   }
-  return error_ <= kRounding * tolerance;
+  return error_ <= kTimesLooser * tolerance;
 }
 
 // x + V y of least ‖w - M(zE - A) V y‖₂, with M(zE - A) V = V' H and the columns of V' orthonormal: classical Gram and

@@ -8,8 +8,6 @@
 #include <limits>
 #include <vector>
 
-#include "core/mpi/mpi_team.h"
-
 namespace dlcs {
 namespace {
 

@@ -8,12 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "core/mpi/mpi_team.h"
 #include "core/mpi/ownership.h"
 #include "core/problem/solution.h"
 
 namespace dlcs {
-
-class MpiTeam;
 
 // x, y and w at the output times: rows of this rank, a column for each time. Left limits are those of all rows.
 struct TrajectoryParts {

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "core/lcp/basis/tolerance.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
 #include "core/linalg/panel_product.h"
@@ -11,16 +12,15 @@
 namespace dlcs {
 namespace {
 
-class CoupledStep {
+class JointStep {
  public:
-  CoupledStep(NonlinearFunctions& functions, double t, const Vector& known, const Matrix& after, const Matrix& W,
-              const Vector& guess)
+  JointStep(NonlinearFunctions& functions, double t, const Vector& known, const Matrix& after, const Matrix& W,
+            const Vector& guess)
       : functions_(functions), t_(t), known_(known), after_(after), W_(W), guess_(guess) {}
 
   // x for a given y: NaN where Newton's method finds none.
   Vector State(const Vector& y) {
     constexpr int kMaxNewtonSteps = 30;
-    constexpr double kRounding = 1e-14;
     Vector x = guess_;
     double last_change = std::numeric_limits<double>::infinity();
     for (int k = 0; k < kMaxNewtonSteps; ++k) {
@@ -30,7 +30,7 @@ class CoupledStep {
       x += dx;
       const double change = MaxAbs(dx);
       const double size = MaxAbs(x) + MaxAbs(known_);
-      if (change <= kRounding * size || (change >= last_change && change <= 1e-10 * size)) return x;
+      if (change <= kRowRounding * size || (change >= last_change && change <= 1e-10 * size)) return x;
       last_change = change;
     }
     return Vector::Constant(guess_.size(), std::numeric_limits<double>::quiet_NaN());
@@ -61,7 +61,7 @@ class CoupledStep {
 
 ComplementarityResult SolveCoupledStep(NonlinearFunctions& functions, double t, const Vector& known,
                                        const Matrix& after, const Matrix& W, Vector& x, Vector& y) {
-  CoupledStep step(functions, t, known, after, W, x);
+  JointStep step(functions, t, known, after, W, x);
   const ComplementarityFunction function{[&](const Vector& at) { return step.Value(at); },
                                          [&](const Vector& at) { return step.Jacobian(at); }};
   ComplementarityResult result = JosephyNewton(Selection::kAny).Solve(function, y);

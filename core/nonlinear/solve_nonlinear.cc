@@ -16,6 +16,7 @@
 #include "core/driver/step_comparison.h"
 #include "core/linalg/norms.h"
 #include "core/matrix_classes/matrix_class.h"
+#include "core/nonlinear/nonlinear_context.h"
 #include "core/nonlinear/splitting_iteration.h"
 #include "core/parallel/stop_scope.h"
 

@@ -75,9 +75,9 @@ namespace {
 
 using Verdict = ComplementarityResult::Verdict;
 
-class Iteration {
+class SplittingRun {
  public:
-  explicit Iteration(NonlinearContext& context)
+  explicit SplittingRun(NonlinearContext& context)
       : context_(context), problem_(context.problem), sources_(context), x_(problem_.x0), y_(context.y_guess) {}
 
   bool ReachEnd() {
@@ -322,9 +322,9 @@ class Iteration {
 }  // namespace
 
 bool SplittingIteration(NonlinearContext& context) {
-  Iteration iteration(context);
-  const bool reached = iteration.ReachEnd();
-  context.solution.reason += iteration.SplittingChoice();
+  SplittingRun run(context);
+  const bool reached = run.ReachEnd();
+  context.solution.reason += run.SplittingChoice();
   return reached;
 }
 

@@ -11,7 +11,8 @@
 #include "core/discretization/segment.h"
 #include "core/nonlinear/functions.h"
 #include "core/nonlinear/josephy_newton.h"
-#include "core/nonlinear/splitting_iteration.h"
+#include "core/nonlinear/nonlinear_context.h"
+#include "core/problem/solution.h"
 
 namespace dlcs {
 

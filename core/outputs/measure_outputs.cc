@@ -37,9 +37,9 @@ struct MeterBatch {
 
 // Cut so that the curves of each of them take some 64 MB at most.
 std::vector<MeterBatch> BatchesOf(const Problem& problem, const Solution& solution) {
-  constexpr double kBatchBytes = 64e6;
+  constexpr Index kBatchBytes = 64'000'000;
   const std::size_t pieces = std::max({solution.pieces.size(), solution.times.size(), std::size_t{1}});
-  const double most = kBatchBytes / (static_cast<double>(pieces) * kLegendreSize * sizeof(double));
+  const double most = static_cast<double>(kBatchBytes) / (static_cast<double>(pieces) * kLegendreSize * sizeof(double));
   std::vector<MeterBatch> batches(1);
   const auto add = [&](const std::vector<Index>& outputs) -> MeterBatch& {
     if (!batches.back().outputs.empty() && static_cast<double>(batches.back().outputs.size() + outputs.size()) > most) {
@@ -307,7 +307,6 @@ class OutputMeter {
   // The first crossings in the direction of `instant`, as many as it needs. Between two places the quantity is monotone
   // or on one side of the level, so the sides of the places show every crossing.
   std::vector<double> Crossings(const MeasurementInstant& instant) const {
-    constexpr double kOnTheLevel = 1e-12;
     double size = std::abs(instant.level);
     std::vector<Place> places;
     for (const CurvePiece& piece : curves_) {
@@ -317,7 +316,7 @@ class OutputMeter {
         places.push_back(place);
       }
     }
-    const double band = kOnTheLevel * size;  // rounding is no crossing
+    const double band = kCurveAccuracy * size;  // rounding is no crossing
     std::vector<double> times;
     int side = 0;             // of the last place outside of the band
     std::size_t outside = 0;  // that place

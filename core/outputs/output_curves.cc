@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/lcp/basis/tolerance.h"
 #include "core/outputs/output_evaluator.h"
 #include "core/parallel/stop_scope.h"
 
@@ -23,8 +24,7 @@ class CurveMaker {
   // long, empty for the whole piece. If h is smooth, each halving lowers the tail by 2^-12. If it hardly falls, the
   // rest is rounding, or the kink of a y that is zero but for its error.
   void AddPolynomials(const TrajectoryPiece& piece, double begin, double end, const Vector& tail) {
-    constexpr double kAccuracy = 1e-12, kHardlyFalls = 0.1;
-    constexpr double kRounding = 1e-14;  // of the terms: the current of a switch is a small difference of large ones
+    constexpr double kHardlyFalls = 0.1;
     LookForStop();
     const LegendreVector& nodes = GetLegendreBasis().nodes;
     CurvePiece curve{begin, end, {}};
@@ -44,7 +44,8 @@ class CurveMaker {
     largest_ = largest_.size() > 0 ? Vector(largest_.cwiseMax(size)) : size;
     curve.z = InterpolateAtNodes(curve.z);
     const Vector left = EstimateTail(curve.z);
-    const Vector enough = kAccuracy * largest_ + kRounding * terms;
+    // The current of a switch is a small difference of large terms.
+    const Vector enough = kCurveAccuracy * largest_ + kRowRounding * terms;
     const auto fits = left.array() <= enough.array();
     const bool is_enough = tail.size() > 0 ? (fits || left.array() >= kHardlyFalls * tail.array()).all() : fits.all();
     const double middle = curve.t_of(0);

@@ -23,6 +23,9 @@ struct CurvePiece {
   double t_of(double s) const { return begin + (end - begin) * (1 + s) / 2; }
 };
 
+// The accuracy of curves, as a part of the largest value of an output. What differs by less does not differ.
+inline constexpr double kCurveAccuracy = 1e-12;
+
 // The `outputs` of the valid `problem` on the part of [0, T] that `solution` covers, piece by piece. Of a solution with
 // pieces (Options::keep_pieces) the polynomials of its steps, cut in halves until a series holds h(t) too; otherwise
 // straight lines between the times of the trajectory, with both limits at each of them. With `levels`, one for each

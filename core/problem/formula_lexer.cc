@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "absl/strings/numbers.h"
-#include "core/problem/formula_syntax.h"
 
 namespace dlcs {
 namespace {

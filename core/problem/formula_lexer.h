@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/problem/formula_syntax.h"
+#include "core/problem/formula_names.h"
 
 namespace dlcs {
 

@@ -80,14 +80,14 @@ double CenterOf(Range range) {
 }
 
 // The limit of values[k] at distance 0 from the distances[k], which fall, by polynomials through some of them.
-struct Limit {
+struct Extrapolated {
   double value = kNaN;
   double error = std::numeric_limits<double>::infinity();
 };
-Limit Extrapolate(const std::vector<double>& distances, const std::vector<double>& values,
-                  const std::vector<double>& noise) {
+Extrapolated Extrapolate(const std::vector<double>& distances, const std::vector<double>& values,
+                         const std::vector<double>& noise) {
   constexpr std::size_t kMaxColumns = 8;
-  Limit best;
+  Extrapolated best;
   std::vector<double> row;  // of Neville's scheme: through the last 1, 2, ... values
   for (std::size_t k = 0; k < values.size(); ++k) {
     std::vector<double> next = {values[k]};
@@ -394,7 +394,7 @@ class Search {
     approach.largest = largest;
     approach.diverges = Diverges(values, noise);
     if (approach.diverges) return approach;
-    const Limit limit = Extrapolate(distances, values, noise);
+    const Extrapolated limit = Extrapolate(distances, values, noise);
     const bool is_sharp = limit.error <= 1e-3 * std::max(largest, std::numeric_limits<double>::min());
     if (is_sharp && Approaches(limit.value, values, noise)) approach.limit = limit.value;
     return approach;

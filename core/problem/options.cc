@@ -8,7 +8,6 @@
 #include <variant>
 
 #include "core/format_number.h"
-#include "core/problem/solution.h"
 #include "core/problem/violation_list.h"
 
 namespace dlcs {
@@ -89,6 +88,24 @@ void CheckPeriodOptions(const Options& options, ViolationList& list) {
 }
 
 }  // namespace
+
+const char* MethodName(Method method) {
+  switch (method) {
+    case Method::kAuto:
+      return "auto";
+    case Method::kLaplaceIteration:
+      return "laplace-iteration";
+    case Method::kWuChenIteration:
+      return "wu-chen-iteration";
+    case Method::kExponentialIntegrator:
+      return "exponential-integrator";
+    case Method::kEventDriven:
+      return "event-driven";
+    case Method::kTimeStepping:
+      return "time-stepping";
+  }
+  return "unknown";
+}
 
 std::vector<Violation> Validate(const Options& options, double horizon) {
   ViolationList list;

@@ -16,6 +16,8 @@
 namespace dlcs {
 
 enum class Method { kAuto, kLaplaceIteration, kWuChenIteration, kExponentialIntegrator, kTimeStepping, kEventDriven };
+// "laplace-iteration", "time-stepping", ...
+const char* MethodName(Method method);
 
 // How time_stepping solves a step: one LCP(q, M^h) with x⁺ substituted, or the generalized Newton method (3.3) of
 // Chen & Xiang with one LCP(N u + g, M) an iteration.

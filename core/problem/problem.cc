@@ -7,7 +7,7 @@
 
 #include "core/format_number.h"
 #include "core/problem/formula_switching.h"
-#include "core/problem/mass_matrix.h"
+#include "core/problem/mass_factor.h"
 #include "core/problem/problem_checks.h"
 #include "core/problem/violation_list.h"
 

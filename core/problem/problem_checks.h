@@ -7,8 +7,11 @@
 #include <optional>
 #include <string>
 
-#include "core/problem/problem.h"
+#include "core/linalg/structured_matrix.h"
+#include "core/problem/formula_parameters.h"
+#include "core/problem/solution_rule.h"
 #include "core/problem/violation_list.h"
+#include "core/types.h"
 
 namespace dlcs {
 

@@ -37,24 +37,6 @@ const char* TerminationName(Termination termination) {
   return "UNKNOWN";
 }
 
-const char* MethodName(Method method) {
-  switch (method) {
-    case Method::kAuto:
-      return "auto";
-    case Method::kLaplaceIteration:
-      return "laplace-iteration";
-    case Method::kWuChenIteration:
-      return "wu-chen-iteration";
-    case Method::kExponentialIntegrator:
-      return "exponential-integrator";
-    case Method::kEventDriven:
-      return "event-driven";
-    case Method::kTimeStepping:
-      return "time-stepping";
-  }
-  return "unknown";
-}
-
 std::string NumberedName(const Component& component) {
   const char* const letter[] = {"x", "y", "w", "z"};
   return letter[static_cast<int>(component.kind)] + ("[" + std::to_string(component.index) + "]");

@@ -263,8 +263,6 @@ struct Solution {
 
 // "REACHED_END", "INFEASIBLE", ...
 const char* TerminationName(Termination termination);
-// "laplace-iteration", "time-stepping", ...
-const char* MethodName(Method method);
 
 }  // namespace dlcs
 

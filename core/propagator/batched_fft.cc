@@ -28,6 +28,7 @@ struct Butterfly<2> {
 template <>
 struct Butterfly<3> {
   DLCS_WIDE static void Apply(double* re, double* im) {
+    // Table: sin of 2π/3.
     constexpr double kSin = 0.5 * std::numbers::sqrt3;
     const double sum_re = re[1] + re[2], sum_im = im[1] + im[2];
     const double turned_re = kSin * (im[2] - im[1]), turned_im = kSin * (re[1] - re[2]);
@@ -60,7 +61,7 @@ struct Butterfly<4> {
 template <>
 struct Butterfly<5> {
   DLCS_WIDE static void Apply(double* re, double* im) {
-    // cos and sin of 2π/5 and 4π/5.
+    // Table: cos and sin of 2π/5 and 4π/5.
     constexpr double kCos1 = 0.30901699437494742410, kCos2 = -0.80901699437494742410;
     constexpr double kSin1 = 0.95105651629515357212, kSin2 = 0.58778525229247312917;
     const double near_re = re[1] + re[4], near_im = im[1] + im[4], far_re = re[2] + re[3], far_im = im[2] + im[3];

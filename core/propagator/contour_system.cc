@@ -21,7 +21,7 @@ namespace {
 constexpr double kFarAccuracy = 38;
 constexpr double kNearAccuracy = 44;
 // The size of the cache that holds values for some step lengths if the caller provides none.
-constexpr double kOwnSetupBytes = 1e8;
+constexpr Index kOwnSetupBytes = 100'000'000;
 
 SetupKey KeyOf(const Problem& problem, const Sector& sector, bool with_lift) {
   SetupKey key("contour");

@@ -13,7 +13,7 @@ namespace {
 constexpr Index kColumnsAtOnce = 8;
 // Sums of states that are formed at the same time, where they fit; a cut that does not depend on the threads.
 constexpr Index kPartialSums = 4;
-constexpr double kPartialSumBytes = 1e9;
+constexpr Index kPartialSumBytes = 1'000'000'000;
 
 // The factors of zE - A: twice as many numbers as the Cholesky factor, complex, with their indices and some room.
 double FactorBytes(const Sector& sector) { return 1.3 * 2 * sector.factor_nonzeros * 20; }

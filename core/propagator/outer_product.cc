@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/simd/simd_dispatch.h"
 
 namespace dlcs {
@@ -74,8 +75,6 @@ void SeparableMatrix::AddProduct(const Eigen::Ref<const Matrix>& base, const Eig
 
 namespace {
 
-constexpr double kRounding = 1e-15;
-
 struct Place {
   Index along, across;
 };
@@ -118,7 +117,7 @@ std::optional<OuterProduct> AsOuterProduct(const SparseMatrix& matrix, const Axi
     for (SparseMatrix::InnerIterator entry(matrix, c); entry; ++entry) {
       const Place place = PlaceOf(entry.row(), axis);
       const double product = form.along[place.along] * form.across.coeff(place.across, c);
-      if (!(std::abs(product - entry.value()) <= kRounding * std::abs(largest))) return std::nullopt;
+      if (!(std::abs(product - entry.value()) <= RoundingOf(9) * std::abs(largest))) return std::nullopt;
       if (product != 0) ++explained;
     }
   }

@@ -8,7 +8,7 @@
 
 #include "core/context/solve_context.h"
 #include "core/discretization/step_rule.h"
-#include "core/stepping/iterative_stepper.h"
+#include "core/stepping/iterative_account.h"
 
 namespace dlcs {
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 #include "core/stepping/distributed_steps.h"
 
@@ -77,7 +78,6 @@ IterativeStep::State IterativeStep::StateOf(const Eigen::Ref<const Vector>& x, c
 }
 
 LcpStatus IterativeStep::Solve(const Vector& right, const Eigen::Ref<const Vector>& g, State& state) {
-  constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
   const Index m = rule_.problem().num_states();
   right_.head(m) = right;
   if (system_.scales.size() > 0) right_.head(m).array() *= system_.scales.array();
@@ -96,10 +96,10 @@ LcpStatus IterativeStep::Solve(const Vector& right, const Eigen::Ref<const Vecto
   size_of_g = team_.Max(size_of_g);
   const double of_states = system_.norm_of_states * size_of_x + system_.norm_of_coupling * size_of_y;
   const double of_pairs = system_.norm_of_pair_states * size_of_x + system_.norm_of_pairs * size_of_y + size_of_g;
-  constexpr double kLeast = std::numeric_limits<double>::min();  // a tolerance of zero could not be divided by
+  const double least = std::numeric_limits<double>::min();  // a tolerance of zero could not be divided by
   const ResidualScale tolerance{.split = m,
-                                .first = NanMax(tolerance_ * size_of_x + kRounding * of_states, kLeast),
-                                .second = NanMax(tolerance_ * of_pairs, kLeast)};
+                                .first = NanMax(tolerance_ * size_of_x + RoundingOf(8) * of_states, least),
+                                .second = NanMax(tolerance_ * of_pairs, least)};
   const LcpStatus verdict = solver_->Solve(right_, bounds_, tolerance, state.z, state.multipliers);
   return verdict == LcpStatus::kSolved && !HoldsInEachPair(state, g) ? LcpStatus::kPivotLimit : verdict;
 }

@@ -10,17 +10,11 @@
 #include <stop_token>
 
 #include "core/context/solve_context.h"
+#include "core/stepping/iterative_account.h"
 #include "core/stepping/iterative_step.h"
 #include "core/stepping/stepping.h"
 
 namespace dlcs {
-
-// Sums over all steps.
-struct IterativeAccount {
-  Index linear_iterations = 0;
-  Index set_changes = 0;   // of active sets
-  Index direct_steps = 0;  // that were solved by sparse factors instead
-};
 
 // Each step starts from the polynomial through some nodes before it, of the degree up to three that would have
 // predicted the last one best; the second of two stages from one through the first stage too. Where an active set is

@@ -34,16 +34,18 @@ double DiagonalOfM(const RowsOfPairs& rows, Index i) {
   return rows.M.coeff(i, rows.numbers[static_cast<std::size_t>(i)]);
 }
 
+// Entries that were rounded on different ways may differ by this part of their size.
+constexpr double kSameEntry = 1e-14;
+
 // D_i such that D_i N_ic = -w B_ci for all c, up to rounding; 0 if there is none.
 double SymmetricScale(const RowsOfPairs& rows, Index i, double weight) {
-  constexpr double kRounding = 1e-14;
   RowMajorMatrix::InnerIterator of_N(rows.N, i), of_B(rows.columns_of_B, i);
   double scale = 0;
   for (; of_N && of_B; ++of_N, ++of_B) {
     const double ratio = -weight * of_B.value() / of_N.value();
     if (of_N.index() != of_B.index() || !(ratio > 0)) return 0;
     if (scale == 0) scale = ratio;
-    if (std::abs(ratio - scale) > kRounding * scale) return 0;
+    if (std::abs(ratio - scale) > kSameEntry * scale) return 0;
   }
   return of_N || of_B ? 0 : scale;
 }
@@ -212,13 +214,12 @@ IterativeSystem AssembleRows(const StepRule& rule, const RowsOfStates& states, R
 }
 
 bool DifferByRounding(const RowMajorMatrix& K, const RowMajorMatrix& transpose) {
-  constexpr double kRounding = 1e-14;
   for (Index i = 0; i < K.rows(); ++i) {
     RowMajorMatrix::InnerIterator a(K, i), b(transpose, i);
     while (a || b) {
       const bool has_a = a && (!b || a.col() <= b.col()), has_b = b && (!a || b.col() <= a.col());
       const double of_a = has_a ? a.value() : 0, of_b = has_b ? b.value() : 0;
-      if (!(std::abs(of_a - of_b) <= kRounding * (std::abs(of_a) + std::abs(of_b)))) return false;
+      if (!(std::abs(of_a - of_b) <= kSameEntry * (std::abs(of_a) + std::abs(of_b)))) return false;
       if (has_a) ++a;
       if (has_b) ++b;
     }

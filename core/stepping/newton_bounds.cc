@@ -2,7 +2,7 @@
 #include "core/stepping/newton_bounds.h"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 #include <memory>
 #include <utility>
 #include <variant>
@@ -15,8 +15,6 @@
 
 namespace dlcs {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // ‖A x0 + B y(N x0 + g(t)) + f(t)‖ as a function of time.
 class SpeedAtStart {
@@ -81,15 +79,15 @@ std::vector<double> SampleTimes(const Problem& problem, double end) {
 
 // ρ for q0 = N x0 + g.
 std::optional<double> FeasibleRadius(const Problem& problem, const SolutionChoice& choice, const Vector& g) {
-  if (choice.selection == Selection::kUnique) return kInfinity;
+  if (choice.selection == Selection::kUnique) return HUGE_VAL;
   return LargestFeasibleBall(problem.N * problem.x0 + g, problem.M).radius;
 }
 
 // γ/(c_0 + κγ), also for an infinite γ.
 double TimeToLeave(double gamma, double speed, double kappa) {
-  if (gamma == kInfinity) return kappa > 0 ? 1 / kappa : kInfinity;
+  if (gamma == HUGE_VAL) return kappa > 0 ? 1 / kappa : HUGE_VAL;
   const double rate = speed + kappa * gamma;
-  return rate > 0 ? gamma / rate : kInfinity;
+  return rate > 0 ? gamma / rate : HUGE_VAL;
 }
 
 }  // namespace

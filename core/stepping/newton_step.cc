@@ -5,6 +5,7 @@
 
 #include "core/context/solve_context.h"
 #include "core/lcp/basis/tolerance.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_product.h"
 #include "core/linalg/pseudo_inverse.h"
@@ -13,14 +14,13 @@ namespace dlcs {
 namespace {
 
 constexpr Index kMaxIterations = 50;
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // The rounding of a sum, relative to the `sizes` of its terms. Smaller results count as zero.
-constexpr double kRounding = 16 * kEpsilon;
+constexpr double kRounding = RoundingOf(32);
 // The same if y comes from a pseudo-inverse.
 constexpr double kLeastNormRounding = 1e-12;
 
-bool IsRegular(const PanelLu& lu) { return lu.ReciprocalCondition() > kEpsilon; }
+bool IsRegular(const PanelLu& lu) { return lu.ReciprocalCondition() > RoundingOf(2); }
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 
 #include "core/context/shared_setup.h"
 #include "core/stepping/distributed_steps.h"
+#include "core/stepping/iterative_account.h"
 #include "core/stepping/iterative_stepper.h"
 #include "core/stepping/newton_bounds.h"
 #include "core/stepping/stepping.h"
@@ -59,10 +60,11 @@ std::unique_ptr<Stepper> SparseStepper(SolveContext& context, double step) {
 
 // Whether the dense matrices of a direct step fit, and factors of A that fill as those of a grid in space.
 bool FitsDirectStep(const SolveContext& context) {
-  constexpr double kNumber = 8, kLargestFactors = 5e8;
+  constexpr Index kLargestFactors = 500'000'000;
   const auto m = static_cast<double>(context.problem.num_states());
   const auto n = static_cast<double>(context.problem.num_constraints());
-  return kNumber * (4 * n * n + m * n) + kLargestFactors <= context.options.max_memory && m <= 1e5;
+  return sizeof(double) * (4 * n * n + m * n) + static_cast<double>(kLargestFactors) <= context.options.max_memory &&
+         m <= 100'000;
 }
 
 bool StepIteratively(SolveContext& context) {

@@ -17,7 +17,7 @@
 #include "boost/asio/ip/tcp.hpp"
 #include "boost/asio/ssl/context.hpp"
 #include "boost/asio/strand.hpp"
-#include "server/http/http_server.h"
+#include "server/http/http_exchange.h"
 
 namespace dlcs {
 

@@ -8,6 +8,7 @@
 #include "server/access/credentials.h"
 #include "server/solve_jobs/convert_job.h"
 #include "server/solve_jobs/job_limits.h"
+#include "server/solve_jobs/resource_names.h"
 
 namespace dlcs {
 namespace {

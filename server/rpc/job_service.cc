@@ -21,6 +21,7 @@
 #include "server/solve_jobs/job_limits.h"
 #include "server/solve_jobs/job_refusal.h"
 #include "server/solve_jobs/page_size.h"
+#include "server/solve_jobs/resource_names.h"
 #include "server/telemetry/call_trace.h"
 #include "server/telemetry/job_trace.h"
 #include "server/wire/errors.h"

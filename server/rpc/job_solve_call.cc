@@ -5,6 +5,7 @@
 
 #include "server/access/credentials.h"
 #include "server/solve_jobs/convert_job.h"
+#include "server/solve_jobs/resource_names.h"
 #include "server/solve_jobs/watch_view.h"
 
 namespace dlcs {

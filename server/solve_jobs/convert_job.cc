@@ -7,14 +7,11 @@
 #include <cstdint>
 #include <string_view>
 
-#include "fmt/format.h"
-#include "server/solve_jobs/problem_library.h"
-#include "server/wire/errors.h"
+#include "server/solve_jobs/resource_names.h"
 
 namespace dlcs {
 namespace {
 
-constexpr std::string_view kJobPrefix = "jobs/";
 constexpr std::int64_t kMicroseconds = 1'000'000;
 
 constexpr std::array kStates = {jobs::JobState::kQueued,    jobs::JobState::kRunning, jobs::JobState::kCancelling,
@@ -40,14 +37,6 @@ v1::Gap::Reason ToProto(jobs::EventGap::Why why) {
 }
 
 }  // namespace
-
-std::string JobName(const jobs::JobId& id) { return std::string(kJobPrefix) + id; }
-
-absl::StatusOr<jobs::JobId> JobIdOf(const std::string& name) {
-  if (name.starts_with(kJobPrefix) && jobs::IsJobId(name.substr(kJobPrefix.size())))
-    return name.substr(kJobPrefix.size());
-  return InvalidRequest({{"name", fmt::format("{}; must be jobs/ and 26 characters of a-z2-7", Quoted(name))}});
-}
 
 google::protobuf::Timestamp ToProto(jobs::Time time) {
   const std::int64_t us = time.time_since_epoch().count();

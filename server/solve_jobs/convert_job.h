@@ -7,17 +7,12 @@
 #include <optional>
 #include <string>
 
-#include "absl/status/statusor.h"
 #include "dlcs/v1/jobs.pb.h"
 #include "server/jobs/event_log.h"
 #include "server/store/event.h"
 #include "server/store/job.h"
 
 namespace dlcs {
-
-// "jobs/ID", and back. Errors: InvalidArgument if the text is not the name of a job.
-std::string JobName(const jobs::JobId& id);
-absl::StatusOr<jobs::JobId> JobIdOf(const std::string& name);
 
 google::protobuf::Timestamp ToProto(jobs::Time time);
 // Truncated to microseconds.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/solve_jobs/problem_library.h"
 
-#include <string_view>
 #include <utility>
 #include <variant>
 
@@ -12,12 +11,11 @@
 #include "server/solve_jobs/convert_job.h"
 #include "server/solve_jobs/job_refusal.h"
 #include "server/solve_jobs/page_size.h"
+#include "server/solve_jobs/resource_names.h"
 #include "server/wire/errors.h"
 
 namespace dlcs {
 namespace {
-
-constexpr std::string_view kProblemPrefix = "problems/";
 
 // The description of a problem without its matrices.
 v1::StoredProblem About(const ValidSystem& sound, const std::string& title) {
@@ -50,14 +48,6 @@ absl::StatusOr<ValidSystem> ReadBody(const v1::ProblemBody& body, const SessionL
 }
 
 }  // namespace
-
-std::string ProblemName(const jobs::ProblemId& id) { return std::string(kProblemPrefix) + id; }
-
-absl::StatusOr<jobs::ProblemId> ProblemIdOf(const std::string& name, const char* field) {
-  if (name.starts_with(kProblemPrefix) && jobs::IsProblemId(name.substr(kProblemPrefix.size())))
-    return name.substr(kProblemPrefix.size());
-  return InvalidRequest({{field, fmt::format("{}; must be problems/ and 64 characters of 0-9a-f", Quoted(name))}});
-}
 
 ProblemResolver ProblemLibrary::Of(std::string owner) const {
   return [this, owner = std::move(owner)](const std::string& name) -> absl::StatusOr<v1::ProblemBody> {

@@ -15,10 +15,6 @@
 
 namespace dlcs {
 
-// "problems/ID", and back. Errors: InvalidArgument for `field` if the text is not the name of a problem.
-std::string ProblemName(const jobs::ProblemId& id);
-absl::StatusOr<jobs::ProblemId> ProblemIdOf(const std::string& name, const char* field = "name");
-
 struct UploadLimits {
   std::int64_t max_upload_bytes = std::int64_t{256} << 20;
   jobs::ProblemQuota quota;

@@ -6,6 +6,7 @@
 #include "dlcs/v1/jobs.pb.h"
 #include "server/solve_jobs/convert_job.h"
 #include "server/solve_jobs/job_trajectory.h"
+#include "server/solve_jobs/resource_names.h"
 #include "server/store/sqlite/sqlite_job_store.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/message_text.h"

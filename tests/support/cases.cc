@@ -74,17 +74,18 @@ Case LoadCase(const std::string& name) {
   problem.horizon = json.at("T").get<double>();
   problem.f = ReadSource(json, "f");
   problem.g = ReadSource(json, "g");
-  for (const Json& ref : json.value("refs", Json::array())) {
+  const Json& about = json.at("annotations");
+  for (const Json& ref : about.value("refs", Json::array())) {
     result.references.push_back(
         {ref.at("t").get<double>(), ReadVector(ref.at("x")), ReadVector(ref.at("y")), ReadVector(ref.at("By"))});
   }
-  result.y_is_unique = json.value("y_unique", false);
-  for (const Json& jump : json.value("state_jumps", Json::array())) {
+  result.y_is_unique = about.value("y_unique", false);
+  for (const Json& jump : about.value("state_jumps", Json::array())) {
     result.state_jumps.emplace_back(jump.at("t").get<double>(), ReadVector(jump.at("dx")));
   }
-  if (json.contains("switchings")) result.num_switchings = json.at("switchings").get<std::size_t>();
-  result.switching_times = json.value("switching_times_first", std::vector<double>());
-  result.reference_accuracy = json.value("reference_self_diff", 0.0);
+  if (about.contains("switchings")) result.num_switchings = about.at("switchings").get<std::size_t>();
+  result.switching_times = about.value("switching_times_first", std::vector<double>());
+  result.reference_accuracy = about.value("reference_self_diff", 0.0);
   return result;
 }
 

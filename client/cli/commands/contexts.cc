@@ -46,6 +46,33 @@ ServerTarget FromJson(const Json& json) {
   return target;
 }
 
+// A variable that is set but empty is an error: most likely a script's own variable was not set.
+absl::StatusOr<std::string> Variable(const char* name) {
+  const char* const value = std::getenv(name);
+  if (value != nullptr && *value == '\0') {
+    return absl::InvalidArgumentError(fmt::format("{} is set but empty; give it a value, or unset it", name));
+  }
+  return std::string(value == nullptr ? "" : value);
+}
+
+// The first of the options for a server that was typed; null if none was.
+const char* FirstTyped(const ServerTarget& target) {
+  if (target.tls) return "--tls";
+  if (!target.tls_ca.empty()) return "--tls-ca";
+  if (!target.tls_cert.empty()) return "--tls-cert";
+  if (!target.tls_key.empty()) return "--tls-key";
+  return target.token_file.empty() ? nullptr : "--token-file";
+}
+
+void FillFrom(const ServerTarget& context, ServerTarget& target) {
+  target.address = context.address;
+  target.tls = target.tls || context.tls;
+  for (std::string ServerTarget::*field :
+       {&ServerTarget::tls_ca, &ServerTarget::tls_cert, &ServerTarget::tls_key, &ServerTarget::token_file}) {
+    if ((target.*field).empty()) target.*field = context.*field;
+  }
+}
+
 }  // namespace
 
 std::string ContextsPath() {
@@ -99,6 +126,38 @@ absl::StatusOr<ServerTarget> FindContext(const Contexts& contexts, const std::st
   }
   return absl::InvalidArgumentError(fmt::format("there is no context \"{}\", but {}{}", name, fmt::join(names, ", "),
                                                 DidYouMean(NearestName(name, names))));
+}
+
+absl::Status Complete(ServerTarget& target) {
+  if (target.local) {
+    target = ServerTarget();
+    return absl::OkStatus();
+  }
+  if (target.typed) return absl::OkStatus();
+  const absl::StatusOr<std::string> server = Variable("DLCS_SERVER");
+  if (!server.ok()) return server.status();
+  const absl::StatusOr<std::string> variable = Variable("DLCS_CONTEXT");
+  if (!variable.ok()) return variable.status();
+  if (target.context.empty() && !server->empty()) {
+    target.address = *server;
+    target.origin = "DLCS_SERVER";
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<Contexts> contexts = ReadContexts();
+  if (!contexts.ok()) return contexts.status();
+  if (target.context.empty()) target.context = *variable;
+  if (target.context.empty()) target.context = contexts->current;
+  if (!target.context.empty()) {
+    const absl::StatusOr<ServerTarget> context = FindContext(*contexts, target.context);
+    if (!context.ok()) return context.status();
+    FillFrom(*context, target);
+    target.origin = "context " + target.context;
+    return absl::OkStatus();
+  }
+  // If a command can also run in this process, these options have no effect without a server.
+  const char* const typed = FirstTyped(target);
+  if (typed == nullptr || !target.address.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(fmt::format("{} requires --server", typed));
 }
 
 }  // namespace dlcs::client

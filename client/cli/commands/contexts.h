@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Named servers, as managed by `dlcs context`.
+// Named servers, as managed by `dlcs context`, and the server that a command means.
 
 #ifndef DLCS_CLIENT_CLI_COMMANDS_CONTEXTS_H_
 #define DLCS_CLIENT_CLI_COMMANDS_CONTEXTS_H_
@@ -30,6 +30,11 @@ absl::Status WriteContexts(const Contexts& contexts);
 
 // Errors: InvalidArgument if there is none with this name, listing the existing ones.
 absl::StatusOr<ServerTarget> FindContext(const Contexts& contexts, const std::string& name);
+
+// Completes what was not typed from the first of these that exists: the context of --context; the address DLCS_SERVER;
+// the context named by DLCS_CONTEXT; the current context. Typed options override those of a context.
+// Errors: InvalidArgument with the option or the variable, and the rule.
+absl::Status Complete(ServerTarget& target);
 
 }  // namespace dlcs::client
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a command runs: from the command line, completed from the environment and the contexts.
+// Where a command runs.
 
 #ifndef DLCS_CLIENT_CLI_COMMANDS_SERVER_TARGET_H_
 #define DLCS_CLIENT_CLI_COMMANDS_SERVER_TARGET_H_
@@ -21,7 +21,7 @@ struct ServerTarget {
 
   bool typed = false;   // --server was given
   bool local = false;   // --local: in this process, in spite of the environment
-  std::string context;  // --context, or the context used by Complete()
+  std::string context;  // --context, or the context used by Complete() (contexts.h)
   std::string origin;   // the origin of an address that was not typed: "DLCS_SERVER", "context lab"
 };
 
@@ -30,11 +30,6 @@ inline ServerTarget ServerAt(const std::string& address) {
   target.address = address;
   return target;
 }
-
-// Completes what was not typed from the first of these that exists: the context of --context; the address DLCS_SERVER;
-// the context named by DLCS_CONTEXT; the current context (contexts.h). Typed options override those of a context.
-// Errors: InvalidArgument with the option or the variable, and the rule.
-absl::Status Complete(ServerTarget& target);
 
 // The connection options, with the token. Errors: InvalidArgument with the option, the file and the rule.
 absl::StatusOr<ConnectionOptions> ConnectionTo(const ServerTarget& target);

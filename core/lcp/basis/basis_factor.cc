@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 #include <numeric>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/simd/elimination_loops.h"
 #include "core/parallel/stop_scope.h"
 
@@ -77,7 +77,7 @@ bool BasisFactor::Eliminate(Index size) {
 // Whether each pivot is more than rounding beside the numbers that it was summed from, Σ_l |L_kl||U_lk|: in its own row
 // and column, so whatever their units.
 bool BasisFactor::PivotsAreClear(Index size) const {
-  const double unit = 2 * std::numeric_limits<double>::epsilon() * static_cast<double>(size);
+  const double unit = RoundingOf(4 * size);
   for (Index k = 0; k < size; ++k) {
     const double pivot = std::abs(lu_(k, k));
     double terms = pivot;

@@ -4,16 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/lcp/basis/tolerance.h"
 #include "core/linalg/simd/elimination_loops.h"
 
 namespace dlcs {
-namespace {
-
-constexpr double kRounding = 1e-14;
-// Entries below this fraction of the largest y_j may be zeros with rounding errors.
-constexpr double kMaybeZero = 1e-10;
-
-}  // namespace
 
 BasisPoint::BasisPoint(const ScaledLcp& lcp, Elimination elimination)
     : factor_(lcp.M(), elimination),
@@ -75,7 +69,7 @@ bool BasisPoint::Evaluate(const ScaledLcp& lcp) {
     }
   }
   const double underflow = UnderflowIn(static_cast<Index>(S.size()));
-  for (Index i = 0; i < n; ++i) allowed_[i] = underflow + lcp.tolerance[i] + kRounding * std::abs(lcp.q[i]);
+  for (Index i = 0; i < n; ++i) allowed_[i] = underflow + lcp.tolerance[i] + kRowRounding * std::abs(lcp.q[i]);
   std::fill(is_summed_.begin(), is_summed_.end(), std::uint8_t{0});
   accurate_ = true;
   for (std::size_t p = 0; p < S.size() && accurate_; ++p) {
@@ -88,7 +82,7 @@ bool BasisPoint::Evaluate(const ScaledLcp& lcp) {
 double BasisPoint::Allowed(const ScaledLcp& lcp, Index i) {
   if (is_summed_[i]) return allowed_[i];
   is_summed_[i] = 1;
-  return allowed_[i] += kRounding * SizeOfProduct(lcp, i);
+  return allowed_[i] += kRowRounding * SizeOfProduct(lcp, i);
 }
 
 double BasisPoint::SizeOfProduct(const ScaledLcp& lcp, Index i) const {
@@ -155,7 +149,6 @@ bool BasisPoint::IsDoubtful(const ScaledLcp& lcp, const Basis& basis) {
 }
 
 bool BasisPoint::AreWithinRounding(const ScaledLcp& lcp, const Basis& basis) {
-  constexpr double kRoundingOfSolution = 1e-13;
   const std::vector<Index>& S = indices();
   const Index size = static_cast<Index>(S.size());
   if (size == 0) return false;
@@ -166,7 +159,7 @@ bool BasisPoint::AreWithinRounding(const ScaledLcp& lcp, const Basis& basis) {
     factor_.Solve(column);
     size_of_y += column.cwiseAbs() * (std::abs(lcp.q[S[p]]) + SizeOfProduct(lcp, S[p]));
   }
-  return AreViolationsWithin(lcp, basis, kRoundingOfSolution, size_of_y);
+  return AreViolationsWithin(lcp, basis, kLcpTolerance, size_of_y);
 }
 
 void BasisPoint::Write(const ScaledLcp& lcp, Eigen::Ref<Vector> y) const {

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "core/lcp/basis/tolerance.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/equilibration.h"
 #include "core/linalg/linear_program.h"
 #include "core/linalg/panel_lu.h"
@@ -19,9 +20,7 @@ struct Block {
       : scale(SymmetricEquilibration(M(J, J))), lu(scale.asDiagonal() * M(J, J) * scale.asDiagonal()) {}
 
   // Returns whether M_JJ is singular to working precision, whatever the units.
-  bool singular() const {
-    return !(lu.ReciprocalCondition() > static_cast<double>(scale.size()) * std::numeric_limits<double>::epsilon());
-  }
+  bool singular() const { return !(lu.ReciprocalCondition() > RoundingOf(2 * scale.size())); }
   Matrix Inverse() const { return scale.asDiagonal() * lu.Solve(Matrix(scale.asDiagonal())); }
 
   Vector scale;
@@ -31,16 +30,15 @@ struct Block {
 }  // namespace
 
 IndexSets FindIndexSets(const Matrix& M, const Vector& q, const Vector& y) {
-  constexpr double kRounding = 1e-11;
-  const Vector w = q + M * y;
-  const Vector zero = kRounding * (q.cwiseAbs() + M.cwiseAbs() * y.cwiseAbs());
+  const BoundedSums<Vector> w = BoundedProduct(M, y, q);
+  const Vector zero = kWorkingPrecision * w.terms;
   IndexSets sets;
   for (Index i = 0; i < y.size(); ++i) {
     const bool matters = ((M.col(i).cwiseAbs() * y[i]).array() > zero.array()).any();
     const bool free = (M.col(i).array() == 0).all();  // no w depends on y_i: any positive value counts
     if (y[i] > 0 && (matters || free)) {
       sets.J.push_back(i);
-    } else if (w[i] > zero[i]) {
+    } else if (w.value[i] > zero[i]) {
       sets.I.push_back(i);
     } else {
       sets.K.push_back(i);
@@ -99,9 +97,8 @@ Fact TestInteriorPoint(const Matrix& M, const Vector& q) {
   if (solution.verdict != LinearProgramVerdict::kOptimal) return {Answer::kUnknown, "the linear program failed"};
   const Vector v = size * solution.z.head(n);
   const double margin = std::min(v.minCoeff(), (q + M * v).minCoeff());
-  constexpr double kTolerance = 1e-8;  // CLP's, with room to spare
-  if (margin <= kTolerance * size) {
-    const bool outside = solution.z[n] < -kTolerance;
+  if (margin <= kProgramMargin * size) {
+    const bool outside = solution.z[n] < -kProgramMargin;
     return {outside ? Answer::kNo : Answer::kUnknown,
             outside ? "no v >= 0 has q + M v >= 0"
                     : "the largest margin min(v, q + M v) is zero to the tolerance of the linear program: "

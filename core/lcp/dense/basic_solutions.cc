@@ -7,6 +7,7 @@
 
 #include "core/lcp/basis/basis_point.h"
 #include "core/lcp/basis/polish.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/dense/enumeration.h"
 #include "core/lcp/dense/nearest_point.h"
 #include "core/linalg/decompositions.h"
@@ -37,7 +38,7 @@ class Collector {
     const Vector rhs = -scale.row.cwiseProduct(q_(S));
     const Vector y = block.completeOrthogonalDecomposition().solve(rhs);
     const Vector size = rhs.cwiseAbs() + block.cwiseAbs() * y.cwiseAbs();
-    if (((block * y - rhs).cwiseAbs().array() > 1e-9 * size.array()).any()) return;
+    if (((block * y - rhs).cwiseAbs().array() > kSameResult * size.array()).any()) return;
 
     const Index n = static_cast<Index>(S.size());
     const NearestPoint nearest = FindNearestPoint(SolutionFaceOf(M_, q_, S), {Matrix::Identity(n, n), Vector::Zero(n)});
@@ -76,13 +77,12 @@ class Collector {
   // Whether two solutions differ by no more than rounding, relative to the size of the entry or to the terms of all
   // rows that it occurs in.
   bool Same(const Vector& a, const Vector& b) const {
-    constexpr double kRounding = 1e-10;
     const Vector larger = a.cwiseMax(b);
     const Vector size = q_.cwiseAbs() + M_.cwiseAbs() * larger;
     for (Index j = 0; j < a.size(); ++j) {
       const double difference = std::abs(a[j] - b[j]);
-      if (difference <= kRounding * larger[j]) continue;
-      const bool seen = ((M_.col(j).cwiseAbs() * difference).array() > kRounding * size.array()).any();
+      if (difference <= kMaybeZero * larger[j]) continue;
+      const bool seen = ((M_.col(j).cwiseAbs() * difference).array() > kMaybeZero * size.array()).any();
       if (seen || M_.col(j).isZero(0)) return false;
     }
     return true;

@@ -53,25 +53,29 @@ LcpStatus ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector>
   method_ = "Lemke";
   if (!lemke_) lemke_.emplace(lcp_.size());
   LemkeEnd end = LemkeEnd::kRay;
-  // The tableau may drift, so its basis is checked afresh. If rounding may have ended the path, the method is repeated
-  // with other thresholds for zero.
-  for (const double zero : {1e-11, 1e-8, 1e-14}) {
+  std::optional<LcpStatus> verdict;
+  // Stops where rounding has not ended the path.
+  FollowWithRetries([&](double zero) {
     end = lemke_->Run(lcp_, zero, basis);
     pivots_ += lemke_->pivots();
     if (end == LemkeEnd::kBasis && Polish(basis)) {
       point_.Write(lcp_, y);
-      return LcpStatus::kSolved;
+      verdict = LcpStatus::kSolved;
+      return true;
     }
     if (end == LemkeEnd::kRay && ProvesInfeasible(lcp_, lemke_->ray())) {
-      return Fail(LcpStatus::kInfeasible,
-                  "no y >= 0 has q + M y >= 0: some v >= 0 has Mᵀv <= 0 and qᵀv < 0 (found by Lemke's method)", y);
+      verdict =
+          Fail(LcpStatus::kInfeasible,
+               "no y >= 0 has q + M y >= 0: some v >= 0 has Mᵀv <= 0 and qᵀv < 0 (found by Lemke's method)", y);
+      return true;
     }
-    if (end == LemkeEnd::kPivotLimit) break;
+    if (end == LemkeEnd::kPivotLimit) return true;
     // For a positive semidefinite matrix a ray must prove infeasibility, for a P-matrix there is none.
-    const bool rounding = end == LemkeEnd::kBasis || known_ != Known::kNothing ||
-                          TestPositiveSemidefinite(lcp_.matrix->Congruent()).yes();
-    if (!rounding) break;
-  }
+    const bool may_be_rounding = end == LemkeEnd::kBasis || known_ != Known::kNothing ||
+                                 TestPositiveSemidefinite(lcp_.matrix->Congruent()).yes();
+    return !may_be_rounding;
+  });
+  if (verdict) return *verdict;
   if (lcp_.size() <= kMaxEnumerationSize || end == LemkeEnd::kRay) return AfterRay(basis, y);
   if (end == LemkeEnd::kPivotLimit) {
     return Fail(LcpStatus::kPivotLimit, "Lemke's method did not end within its pivots", y);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/dense/basic_solutions.h"
 #include "core/lcp/dense/enumeration.h"
 
@@ -53,13 +54,12 @@ LcpStatus CoupledSelectionSolver::Solve(const Eigen::Ref<const Vector>& q, const
 // Sets y to the selected solution at q + K·guess. Returns whether K y = K·guess up to rounding; then it is also the one
 // at q + K y.
 bool CoupledSelectionSolver::SelectNear(const Step& step, const Vector& guess, Basis& basis, Vector& y) {
-  constexpr double kRounding = 1e-14;
   Basis selected = basis;
   if (selection_->Solve(step.q + K_ * guess, step.tolerance, selected, y) != LcpStatus::kSolved) return false;
   account_.pivots += selection_->Account().pivots;
   basis = selected;
   const Vector change = (K_ * (y - guess)).cwiseAbs();
-  const Vector allowed = step.tolerance + kRounding * (step.q.cwiseAbs() + abs_sum_ * y.cwiseMax(guess).cwiseAbs());
+  const Vector allowed = step.tolerance + kRowRounding * (step.q.cwiseAbs() + abs_sum_ * y.cwiseMax(guess).cwiseAbs());
   return (change.array() <= allowed.array()).all();
 }
 

@@ -37,21 +37,21 @@ FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, const Vector& 
   BasisPoint point(lcp, Elimination::kPivoting);
   Lemke lemke(columns + rows);
   Basis basis(columns + rows, 0);
-  for (const double zero : {1e-11, 1e-8, 1e-14}) {
+  FeasiblePoint found;
+  FollowWithRetries([&](double zero) {
     const LemkeEnd end = lemke.Run(lcp, zero, basis);
     if (end == LemkeEnd::kRay) {
       Vector multiplier(rows);
       for (Index i = 0; i < rows; ++i) multiplier[i] = lcp.Original(columns + i, lemke.ray()[columns + i]);
-      if (IsFarkas(C, c, tolerance, multiplier, rounding)) {
-        return {Feasibility::kInfeasible, {}};
-      }
+      if (IsFarkas(C, c, tolerance, multiplier, rounding)) found.answer = Feasibility::kInfeasible;
     } else if (end == LemkeEnd::kBasis && point.Compute(lcp, basis) && point.solved()) {
       Vector solution(columns + rows);
       point.Write(lcp, solution);
-      return {Feasibility::kFeasible, solution.head(columns)};
+      found = {Feasibility::kFeasible, solution.head(columns)};
     }
-  }
-  return {};
+    return found.answer != Feasibility::kUnknown;
+  });
+  return found;
 }
 
 bool ProvesInfeasible(const ScaledLcp& lcp, const Eigen::Ref<const Vector>& ray) {

@@ -4,9 +4,9 @@
 #ifndef DLCS_CORE_LCP_DENSE_FEASIBILITY_H_
 #define DLCS_CORE_LCP_DENSE_FEASIBILITY_H_
 
-#include <limits>
-
 #include "core/lcp/basis/scaled_lcp.h"
+#include "core/lcp/basis/tolerance.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/types.h"
 
 namespace dlcs {
@@ -21,13 +21,11 @@ struct FeasiblePoint {
 // Decides whether { y >= 0 : c + C y >= 0 } is empty, by Lemke's method on the skew-symmetric LCP of the linear program
 // with zero costs, `tolerance` as in LcpSolver::Solve(); an empty set is proven by λ >= 0 with Cᵀλ <= 0 and cᵀλ < 0
 // (Farkas). Entries of Cᵀλ up to `rounding` times their terms count as zero: a y that is as large as their inverse may
-// still be a point of the set. `C` is r × k, any shape. Cost: (r + k)³; not for the inner loop.
+// still be a point of the set. Where the answer is final that is kWorkingPrecision (core/lcp/basis/tolerance.h), and
+// where another method decides what is left unknown, enumeration or exact arithmetic, kFewUlps. `C` is r × k, any
+// shape. Cost: (r + k)³; not for the inner loop.
 FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, const Vector& tolerance, double rounding);
-
-// Where the answer is final.
-inline constexpr double kWorkingPrecision = 1e-11;
-// Where another method decides what is left unknown: enumeration, or exact arithmetic.
-inline constexpr double kFewUlps = 16 * std::numeric_limits<double>::epsilon();
+inline constexpr double kFewUlps = RoundingOf(32);
 
 // Whether the y-part of a secondary `ray`, taken for multipliers of the rows, proves to working precision that no y >=
 // 0 has q + M y >= 0: λ >= 0 (negative entries are cut), Mᵀλ <= 0 and qᵀλ < 0 beyond the rounding of these sums and the

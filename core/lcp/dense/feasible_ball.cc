@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/dense/feasible_ball.h"
 
-#include <limits>
+#include <cmath>
 
 #include "core/linalg/linear_program.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// CLP is accurate to 1e-9 of the scaled data; it cannot distinguish a smaller margin of M z > 0 from zero.
-constexpr double kMargin = 1e-8;
 
 // max t subject to  q + M y >= t e, 0 <= y <= `upper`; y of the optimum, clipped to y >= 0, or nothing.
 std::optional<Vector> LiftLowestComponent(const Vector& q, const Matrix& M, double upper) {
@@ -35,7 +31,7 @@ FeasibleBall LargestFeasibleBall(const Vector& q0, const Matrix& M) {
   if (size_of_M == 0) return {q0.minCoeff(), Vector::Zero(q0.size())};
   const Matrix scaled = M / size_of_M;
   const auto direction = LiftLowestComponent(Vector::Zero(q0.size()), scaled, 1);
-  if (direction && (scaled * *direction).minCoeff() > kMargin) return {kInfinity, *direction};
+  if (direction && (scaled * *direction).minCoeff() > kProgramMargin) return {HUGE_VAL, *direction};
 
   // Scaling q0 scales ρ and y with it.
   const double size_of_q = MaxAbs(q0) > 0 ? MaxAbs(q0) : 1;
@@ -48,7 +44,7 @@ FeasibleBall LargestFeasibleBall(const Vector& q0, const Matrix& M) {
 double FeasibleStateRadius(double radius, double drift, const StructuredMatrix& N) {
   if (radius < drift) return 0;
   const double norm = InfinityNorm(N);
-  return norm == 0 ? kInfinity : (radius - drift) / norm;
+  return norm == 0 ? HUGE_VAL : (radius - drift) / norm;
 }
 
 }  // namespace dlcs

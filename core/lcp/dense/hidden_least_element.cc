@@ -6,7 +6,9 @@
 
 #include "core/lcp/basis/principal_pivoting.h"
 #include "core/lcp/basis/solution_function.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/dense/enumeration.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 
 namespace dlcs {
@@ -42,8 +44,8 @@ LcpStatus HiddenLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, con
   if (solution.verdict != LinearProgramVerdict::kOptimal) {
     return fail(LcpStatus::kPivotLimit, "the linear program of the least element was not solved");
   }
-  constexpr double kPositive = 1e-8;  // above CLP's tolerance; smaller entries are found by pivoting
-  const double positive = kPositive * std::max(1.0, solution.z.lpNorm<Eigen::Infinity>());
+  // Smaller entries are found by pivoting.
+  const double positive = kProgramMargin * std::max(1.0, solution.z.lpNorm<Eigen::Infinity>());
   for (Index i = 0; i < q.size(); ++i) basis[i] = solution.z[i] > positive;
   constexpr int kRounds = 5;
   PivotPrincipally(lcp_, kRounds, Exchange::kBlocksThenLeast, point_, basis, account_.pivots);
@@ -76,7 +78,6 @@ bool HiddenLeastElementSolver::TryOtherBases(const Vector& q, Basis& basis, Eige
 }
 
 bool HiddenLeastElementSolver::HasFeasibleMultipliers(const Basis& basis) const {
-  constexpr double kRounding = 1e-10;
   const std::vector<Index> S = IndicesOf(basis);
   const Matrix& M = lcp_.M();
   Vector multipliers = Vector::Zero(M.rows());
@@ -86,10 +87,10 @@ bool HiddenLeastElementSolver::HasFeasibleMultipliers(const Basis& basis) const 
     const Vector of_basis = block.partialPivLu().solve(cost);
     multipliers(S) = of_basis;
   }
-  const Vector reduced = cost_ - M.transpose() * multipliers;
-  const Vector size = cost_.cwiseAbs() + M.cwiseAbs().transpose() * multipliers.cwiseAbs();
+  const BoundedSums<Vector> reduced{cost_ - M.transpose() * multipliers,
+                                    cost_.cwiseAbs() + M.cwiseAbs().transpose() * multipliers.cwiseAbs()};
   const double largest = multipliers.lpNorm<Eigen::Infinity>();
-  return multipliers.minCoeff() >= -kRounding * largest && (reduced.array() >= -kRounding * size.array()).all();
+  return multipliers.minCoeff() >= -kMaybeZero * largest && reduced.NoneNegative(kMaybeZero);
 }
 
 }  // namespace dlcs

@@ -11,6 +11,7 @@
 #include "core/lcp/dense/complementary_solver.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/strong_components.h"
+#include "core/matrix_classes/matrix_class.h"
 #include "core/matrix_classes/positive_semidefinite.h"
 
 namespace dlcs {
@@ -71,16 +72,15 @@ LcpStatus HistorySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::R
   }
   LemkeEnd end = LemkeEnd::kRay;
   const auto follow = [&](double others) {
-    // The tableau may drift, so its basis is checked afresh.
-    for (const double zero : {1e-11, 1e-8, 1e-14}) {
+    return FollowWithRetries([&](double zero) {
       for (const LemkeTies rule : {LemkeTies::kLexicographic, LemkeTies::kFirst, LemkeTies::kLast}) {
         basis = start_;
         end = lemke_.Follow(lcp_, zero, others, rule, basis);
         pivots_ += lemke_.pivots();
         if (end == LemkeEnd::kBasis && is_solution() && !IsBetween(basis) && !LeavesWithoutNeed(basis)) return true;
       }
-    }
-    return false;
+      return false;
+    });
   };
   if (follow(0) || IsOnlyOne(basis) || follow(1.0 / 1024) || follow(1) || FindAny(basis)) {
     DropIdle(basis);

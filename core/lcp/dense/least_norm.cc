@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/lcp/basis/solution_function.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/dense/enumeration.h"
 #include "core/lcp/dense/nearest_point.h"
 #include "core/linalg/equilibration.h"
@@ -20,8 +21,6 @@ using Known = ComplementarySolver::Known;
 
 // Parts of ‖M‖: the first separates bases that differ by more than a thousandth, the last is safe from rounding still.
 constexpr double kRegularizations[] = {1e-3, 1e-5, 1e-7, 1e-9};
-// Below this part of what they are summed from, numbers count as zero.
-constexpr double kNormRounding = 1e-11;
 
 }  // namespace
 
@@ -39,7 +38,7 @@ bool IsPlainlyUnique(const Matrix& M, const Vector& q, const Vector& y) {
     rest -= scaled.bottomLeftCorner(rest.rows(), size) *
             PanelLu(scaled.topLeftCorner(size, size)).Solve(scaled.topRightCorner(size, rest.cols()));
   }
-  return (rest.diagonal().array() > kNormRounding).all() && TestPMatrix(rest).yes();
+  return (rest.diagonal().array() > kWorkingPrecision).all() && TestPMatrix(rest).yes();
 }
 
 LeastNormSolver::LeastNormSolver(const Matrix& M) : M_(M), any_(M, Known::kNothing) {
@@ -89,14 +88,14 @@ bool LeastNormSolver::IsLimit(const Vector& q, const Vector& tolerance, const st
     slope_S = -block.solve(y_S);
   }
   const Vector w = q + M_S * y_S;
-  const Vector zero = kNormRounding * (q.cwiseAbs() + M_S.cwiseAbs() * y_S.cwiseAbs()) + tolerance;
-  const double zero_y = y_S.size() > 0 ? kNormRounding * y_S.lpNorm<Eigen::Infinity>() : 0;
+  const Vector zero = kWorkingPrecision * (q.cwiseAbs() + M_S.cwiseAbs() * y_S.cwiseAbs()) + tolerance;
+  const double zero_y = y_S.size() > 0 ? kWorkingPrecision * y_S.lpNorm<Eigen::Infinity>() : 0;
 
   Vector slope = Vector::Zero(n);  // y'
   slope(S) = slope_S;
   const Vector slope_w = M_ * slope;  // w' outside of S, where y* = 0
-  const Vector zero_slope_w = 1e-9 * (M_.cwiseAbs() * slope.cwiseAbs());
-  const double zero_slope = 1e-9 * slope.lpNorm<Eigen::Infinity>();
+  const Vector zero_slope_w = kSameResult * (M_.cwiseAbs() * slope.cwiseAbs());
+  const double zero_slope = kSameResult * slope.lpNorm<Eigen::Infinity>();
 
   y.setZero();
   std::size_t p = 0;

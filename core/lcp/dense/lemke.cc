@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/lcp/basis/tolerance.h"
 #include "core/linalg/simd/simd_dispatch.h"
 #include "core/parallel/stop_scope.h"
 
@@ -135,7 +136,6 @@ LemkeEnd Lemke::FollowFrom(Index row, double zero, Basis& basis) {
 }
 
 Index Lemke::RatioTest(Index entering_column, double zero) {
-  constexpr double kTie = 1e-13;
   const auto column = tableau_.col(entering_column);
   const auto values = tableau_.col(right());
   const double smallest_pivot = zero * column.cwiseAbs().maxCoeff();
@@ -145,7 +145,7 @@ Index Lemke::RatioTest(Index entering_column, double zero) {
   }
   if (!std::isfinite(step)) return kNone;
   // Rows whose basic variable would fall to zero, to rounding.
-  const double tie = kTie * values.cwiseAbs().maxCoeff();
+  const double tie = kLcpTolerance * values.cwiseAbs().maxCoeff();
   ties_.clear();
   for (Index i = 0; i < n_; ++i) {
     if (column[i] <= smallest_pivot || values[i] - step * column[i] > tie) continue;
@@ -166,7 +166,6 @@ Index Lemke::RatioTest(Index entering_column, double zero) {
 // lexicographically least. In exact arithmetic that is one row. The inverse stands in the columns of the variables that
 // were basic first, w without a guess.
 void Lemke::BreakTie(Index entering_column) {
-  constexpr double kEqual = 1e-11;
   for (Index k = 0; k < n_ && ties_.size() > 1; ++k) {
     const Index first = first_[k];
     const auto ratio = [&](Index i) {
@@ -175,7 +174,7 @@ void Lemke::BreakTie(Index entering_column) {
     };
     double least = std::numeric_limits<double>::infinity();
     for (const Index i : ties_) least = std::min(least, ratio(i));
-    const double limit = least + kEqual * (1 + std::abs(least));
+    const double limit = least + kWorkingPrecision * (1 + std::abs(least));
     std::erase_if(ties_, [&](Index i) { return ratio(i) > limit; });
   }
 }

@@ -74,6 +74,15 @@ class Lemke {
   Index pivots_ = 0;
 };
 
+// Calls `follow(zero)`, which runs Lemke's method with this `zero` and checks afresh where it ends, with one value
+// after the other until it returns true. Returns whether it did. The tableau drifts, so rounding may end a path that
+// leads further with another threshold. 1e-11 is above the rounding of most tableaus. 1e-8 is above that of one that
+// has drifted, and 1e-14 finds pivots that are as small.
+template <typename Follow>
+bool FollowWithRetries(const Follow& follow) {
+  return follow(1e-11) || follow(1e-8) || follow(1e-14);
+}
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_LCP_DENSE_LEMKE_H_

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/dense/basic_solutions.h"
 #include "core/lcp/dense/least_norm.h"
 #include "core/lcp/dense/nearest_point.h"
@@ -11,9 +12,6 @@
 namespace dlcs {
 namespace {
 
-// Relative differences of distances and norms below this are ties.
-constexpr double kTie = 1e-9;
-
 // The best of the solutions offered so far.
 class Contest {
  public:
@@ -21,8 +19,8 @@ class Contest {
 
   void Offer(const Vector& y, bool unique) {
     const double distance = (selector_.C * y - selector_.b).norm(), norm = y.norm();
-    const double tie = kTie * (distance + distance_ + selector_.b.norm());
-    const double near = kTie * (norm + y_.norm());
+    const double tie = kSameResult * (distance + distance_ + selector_.b.norm());
+    const double near = kSameResult * (norm + y_.norm());
     if (!any() || distance < distance_ - tie) {
       Take(y, distance);
       unique_ = unique;

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/dense/complementary_solver.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/equilibration.h"
 #include "core/linalg/weyl_sequence.h"
@@ -13,14 +15,11 @@
 namespace dlcs {
 namespace {
 
-// Entries of E v - e and of negative G v - g up to this part of what they are summed from count as zero.
-constexpr double kRankRounding = 1e-11;
-
 // Rows of `E` that span all of them, by elimination with row exchanges, in units in which its entries are of size one.
 std::vector<Index> IndependentRows(const Matrix& E) {
   if (E.rows() == 0) return {};
   Eigen::ColPivHouseholderQR<Matrix> qr(Scaled(E, EquilibrateRowsAndColumns(E)).transpose());
-  qr.setThreshold(kRankRounding);
+  qr.setThreshold(kWorkingPrecision);
   const auto& order = qr.colsPermutation().indices();
   return std::vector<Index>(order.data(), order.data() + qr.rank());
 }
@@ -50,15 +49,13 @@ bool Contains(const Polyhedron& polyhedron, const Vector& v) {
   const Vector miss = E * v - polyhedron.e;
   const Vector size = E.cwiseAbs() * v.cwiseAbs() + polyhedron.e_size;
   for (Index i = 0; i < miss.size(); ++i) {
-    if (!(std::abs(miss[i]) <= kRankRounding * (size[i] + units.bound / units.of_E(i)))) return false;
+    if (!(std::abs(miss[i]) <= kWorkingPrecision * (size[i] + units.bound / units.of_E(i)))) return false;
   }
   return true;
 }
 
 // Whether a combination of the rows of E is zero to rounding and that of e clearly is not: no v satisfies them.
 bool EquationsContradict(const Polyhedron& polyhedron) {
-  constexpr double kZero = 64 * std::numeric_limits<double>::epsilon();
-  constexpr double kClearly = 1e-6;
   const Matrix& E = polyhedron.E;
   const std::vector<Index> rows = IndependentRows(E);
   if (static_cast<Index>(rows.size()) == E.rows()) return false;
@@ -71,8 +68,8 @@ bool EquationsContradict(const Polyhedron& polyhedron) {
     const Vector rest = E.row(i).transpose() - independent.transpose() * factors;
     const Vector terms = E.row(i).cwiseAbs().transpose() + independent.cwiseAbs().transpose() * factors.cwiseAbs();
     const double size = polyhedron.e_size[i] + factors.cwiseAbs().dot(e.cwiseAbs());
-    const bool is_zero = (rest.array().abs() <= kZero * terms.array()).all();
-    if (is_zero && std::abs(polyhedron.e[i] - factors.dot(e)) > kClearly * size) return true;
+    const bool is_zero = (rest.array().abs() <= RoundingOf(128) * terms.array()).all();
+    if (is_zero && std::abs(polyhedron.e[i] - factors.dot(e)) > kClearDifference * size) return true;
   }
   return false;
 }
@@ -110,7 +107,7 @@ Minimum Minimize(const Polyhedron& polyhedron, const Selector& selector) {
   // The bounds come from somebody's arithmetic. Where a basis is nearly singular their rounding is blown up.
   Vector solution(size), tolerance = Vector::Zero(size);
   Minimum minimum;
-  for (const double rounding : {1e-13, 1e-11}) {
+  for (const double rounding : {kLcpTolerance, kWorkingPrecision}) {
     tolerance.tail(A.rows()) << rounding * e_size(rows), rounding * e_size(rows), rounding * g_size;
     Basis basis(static_cast<std::size_t>(size), 0);
     minimum.verdict = solver.Solve(rhs, tolerance, basis, solution);

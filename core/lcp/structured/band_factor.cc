@@ -6,6 +6,8 @@
 #include <cstring>
 #include <utility>
 
+#include "core/matrix_classes/m_matrix.h"
+
 namespace dlcs {
 namespace {
 
@@ -183,7 +185,6 @@ void BandFactor::Solve(Vector& x) {
 }
 
 bool BandFactor::IsClearlyMMatrix(const BandMatrix& M) {
-  constexpr double kClearlyPositive = 1e-7;
   const Index n = M.size(), b = M.bandwidth();
   for (Index i = 0; i < n; ++i) {
     const double* const row = M.Row(i);
@@ -195,7 +196,7 @@ bool BandFactor::IsClearlyMMatrix(const BandMatrix& M) {
   factor.Factor(Basis(static_cast<std::size_t>(n), 1));
   for (Index i = 0; i < n; ++i) {
     const double pivot = factor.pivots_[i];
-    if (!(pivot > kClearlyPositive * M.Row(i)[0]) || !std::isfinite(pivot)) return false;
+    if (!(pivot > kClearPivot * M.Row(i)[0]) || !std::isfinite(pivot)) return false;
   }
   return true;
 }

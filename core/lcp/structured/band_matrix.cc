@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/simd/simd.h"
 
 namespace dlcs {
 namespace {
-
-constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
 
 Vector AbsRowSums(const Matrix& K) {
   Vector sums = Vector::Zero(K.rows());
@@ -25,7 +23,7 @@ std::vector<double> FindReflected(const Matrix& K, Index bandwidth) {
   std::vector<double> t(static_cast<std::size_t>(2 * n + 1), 0);
   for (Index d = 0; d <= bandwidth; ++d) t[static_cast<std::size_t>(d)] = K(middle, middle - d);
   const auto at = [&](Index d) { return t[static_cast<std::size_t>(d)]; };
-  const double allowed = kRounding * K.row(middle).cwiseAbs().sum();
+  const double allowed = RoundingOf(16) * K.row(middle).cwiseAbs().sum();
   for (Index j = 0; j < n; ++j) {
     for (Index i = std::max<Index>(0, j - bandwidth); i <= std::min(n - 1, j + bandwidth); ++i) {
       const double reflected = at(std::abs(i - j)) - at(i + j + 2) - at(2 * n - i - j);
@@ -78,7 +76,7 @@ DLCS_TARGET("avx512f") void SumAvx512(const double* t, Index bandwidth, const do
 
 Index BandwidthUpToRounding(const Matrix& K) {
   const Index n = K.rows();
-  const Vector allowed = kRounding * AbsRowSums(K);
+  const Vector allowed = RoundingOf(16) * AbsRowSums(K);
   const auto counts = [&](Index i, Index j) { return !(std::abs(K(i, j)) <= allowed[i]); };
   Index bandwidth = 1;
   for (Index j = 0; j < n; ++j) {

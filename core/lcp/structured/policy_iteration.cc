@@ -5,6 +5,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "core/lcp/basis/tolerance.h"
 #include "core/linalg/simd/simd.h"
 #include "core/linalg/simd/simd_pack.h"
 
@@ -104,16 +105,14 @@ DLCS_INLINE void Eliminate(const Work<V, Basic>& work) {
 template <typename V, typename Basic>
 DLCS_INLINE Truth<V> Judge(const Work<V, Basic>& work, Index i, Index k, const V& left, const V& y, const V& right,
                            Truth<V>& wrong) {
-  constexpr double kRounding = 1e-14;
-  constexpr double kLargest = std::numeric_limits<double>::max();
   const V from_left = work.M.below[i] * left, own = work.M.diagonal[i] * y, from_right = work.M.above[i] * right;
   const V w = work.q[k] + from_left + own + from_right;
   const V size = Abs(work.q[k]) + Abs(from_left) + Abs(own) + Abs(from_right);
-  const V allowed = work.tolerance[i] + kRounding * size;
+  const V allowed = work.tolerance[i] + kRowRounding * size;
   const Truth<V> basic = work.basic[k];
   const Truth<V> positive = Opaque<V>(y > 0.0);
   const Truth<V> accurate = Opaque<V>(Select(positive, Abs(w), 0.0 - w) <= allowed);
-  const Truth<V> good = accurate & Opaque<V>(size <= kLargest);  // false with NaN, too
+  const Truth<V> good = accurate & Opaque<V>(size <= std::numeric_limits<double>::max());  // false with NaN, too
   const Truth<V> moves = (basic & Not<V>(positive) & Opaque<V>(w > allowed)) | (Not<V>(basic) & Not<V>(good));
   work.basic[k] = basic ^ moves;
   wrong |= Not<V>(good);

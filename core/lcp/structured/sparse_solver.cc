@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/lcp/basis/basis_point.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/structured/tridiagonal_solver.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/matrix_classes/sparse_class.h"
@@ -55,7 +56,6 @@ bool SparsePoint::Compute(const SparseLcp& lcp, const Basis& basis) {
 }
 
 bool SparsePoint::Evaluate(const SparseLcp& lcp) {
-  constexpr double kRounding = 1e-14;
   const std::vector<Index>& S = factor_.indices();
   if (!y_.allFinite()) return false;
   w_ = lcp.q;
@@ -67,7 +67,7 @@ bool SparsePoint::Evaluate(const SparseLcp& lcp) {
       allowed_[it.row()] += std::abs(term);
     }
   }
-  allowed_ = (lcp.tolerance + kRounding * allowed_).array() + UnderflowIn(static_cast<Index>(S.size()));
+  allowed_ = (lcp.tolerance + kRowRounding * allowed_).array() + UnderflowIn(static_cast<Index>(S.size()));
   accurate_ = std::all_of(S.begin(), S.end(), [this](Index i) { return std::abs(w_[i]) <= allowed_[i]; });
   return w_.allFinite();
 }
@@ -122,9 +122,8 @@ bool SparseLcpSolver::Pivot(int max_rounds) {
 }
 
 bool SparseLcpSolver::PivotLoosely() {
-  constexpr double kTimes = 50;
   constexpr int kRounds = 12;
-  const Vector looser = lcp_.tolerance + kTimes * (point_.allowed() - lcp_.tolerance);
+  const Vector looser = lcp_.tolerance + kTimesLooser * (point_.allowed() - lcp_.tolerance);
   if (point_.allowed().size() != lcp_.size() || !looser.allFinite()) return false;
   lcp_.tolerance = looser;
   return Pivot(kRounds);

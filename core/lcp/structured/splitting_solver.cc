@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/lcp/basis/tolerance.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/simd/simd_dispatch.h"
 
@@ -49,7 +50,6 @@ SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, co
 
 SplittingLcpSolver::Judgment SplittingLcpSolver::Judge(const Eigen::Ref<const Vector>& q,
                                                        const Eigen::Ref<const Vector>& tolerance) {
-  constexpr double kRounding = 1e-14;
   constexpr Index kLanes = 16;
   double misses[kLanes] = {}, moves[kLanes] = {}, nonfinite[kLanes] = {}, residuals[kLanes] = {};
   RunWide([&misses, &moves, &nonfinite, &residuals, n = y_.size(), y_data = y_.data(), w_data = w_.data(),
@@ -64,8 +64,9 @@ SplittingLcpSolver::Judgment SplittingLcpSolver::Judge(const Eigen::Ref<const Ve
     double miss[kLanes] = {}, move[kLanes] = {}, bad[kLanes] = {}, residual[kLanes] = {};
     const auto judge = [=, &miss, &move, &bad, &residual](Index i, Index l) DLCS_WIDE {
       const double w = all_w[i], basic = all_basic[i];
-      const double allowed = all_tolerances[i] + kRounding * (std::abs(all_q[i]) +
-                                                              std::abs(w - all_q[i] - 2 * all_diagonals[i] * all_y[i]));
+      const double allowed =
+          all_tolerances[i] +
+          kRowRounding * (std::abs(all_q[i]) + std::abs(w - all_q[i] - 2 * all_diagonals[i] * all_y[i]));
       const double below = w >= -allowed ? 0.0 : 1.0, above = w <= allowed ? 0.0 : 1.0;
       const double positive = all_y[i] == 0 ? 0.0 : 1.0;
       const double misses_it = below + positive * above;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "core/matrix_classes/m_matrix.h"
+
 namespace dlcs {
 namespace {
 
@@ -54,12 +56,11 @@ Matrix DenseOf(const Tridiagonal& M) {
 }
 
 bool IsClearlyMMatrix(const Tridiagonal& M) {
-  constexpr double kClearlyPositive = 1e-7;
   double ratio = 0;  // above[i-1] over the pivot of i-1
   for (Index i = 0; i < M.size(); ++i) {
     if (!(M.below[i] <= 0) || !(M.above[i] <= 0)) return false;
     const double pivot = M.diagonal[i] - M.below[i] * ratio;
-    if (!(pivot > kClearlyPositive * M.diagonal[i]) || !std::isfinite(1 / pivot)) return false;
+    if (!(pivot > kClearPivot * M.diagonal[i]) || !std::isfinite(1 / pivot)) return false;
     ratio = M.above[i] / pivot;
   }
   return true;

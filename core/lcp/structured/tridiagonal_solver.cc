@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/lcp/basis/tolerance.h"
+
 namespace dlcs {
 
 namespace {
@@ -44,12 +46,11 @@ class Growth {
   Run RightOf(Index j) const { return j + 1 < M_.size() && basis_[j + 1] ? runs_[j + 1] : Run{}; }
 
   bool IsViolated(Index j) const {
-    constexpr double kRounding = 1e-14;
     if (j < 0 || j >= M_.size() || basis_[j]) return false;
     const double from_left = M_.below[j] * LeftOf(j).y_last;
     const double from_right = M_.above[j] * RightOf(j).y_first;
     const double size = std::abs(q_[j]) + std::abs(from_left) + std::abs(from_right);
-    return q_[j] + from_left + from_right < -(tolerance_[j] + kRounding * size);
+    return q_[j] + from_left + from_right < -(tolerance_[j] + kRowRounding * size);
   }
 
   // Joins j and the runs beside it, by bordering: s is the Schur complement of j. What y_j = 1 adds at the
@@ -107,14 +108,13 @@ std::optional<Tridiagonal> DiagonalsForPolicyIteration(const Matrix& M, const So
 
 namespace {
 
-// Returns fifty times the assumed rounding of each row.
+// Returns kTimesLooser times the assumed rounding of each row.
 Vector LooseRounding(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& y) {
-  constexpr double kRounding = 5e-13;
   const Index n = M.size();
   Vector size = q.cwiseAbs() + M.diagonal.cwiseProduct(y).cwiseAbs();
   size.tail(n - 1) += M.below.tail(n - 1).cwiseProduct(y.head(n - 1)).cwiseAbs();
   size.head(n - 1) += M.above.head(n - 1).cwiseProduct(y.tail(n - 1)).cwiseAbs();
-  return kRounding * size;
+  return kTimesLooser * kRowRounding * size;
 }
 
 // Returns M_SS⁻¹ b_S, and zero outside S. An M-matrix needs no row exchanges.
@@ -137,10 +137,9 @@ Vector SolveInBasis(const Tridiagonal& M, const Basis& basis, const Vector& b) {
 // Takes from S what may be there by rounding alone: M_SS⁻¹ >= 0, so y_S = M_SS⁻¹ (-q_S) is summed from numbers of the
 // size M_SS⁻¹ |q_S|.
 void DropNoise(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, Basis& basis) {
-  constexpr double kRounding = 1e-13;
   const Vector y = SolveInBasis(M, basis, -q), size = SolveInBasis(M, basis, q.cwiseAbs());
   for (Index i = 0; i < q.size(); ++i) {
-    if (basis[i] && !(y[i] > kRounding * size[i])) basis[i] = 0;
+    if (basis[i] && !(y[i] > kLcpTolerance * size[i])) basis[i] = 0;
   }
 }
 

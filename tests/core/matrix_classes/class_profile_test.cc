@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/analysis/class_section.h"
+#include "core/matrix_classes/matrix_class.h"
 #include "core/matrix_classes/s_matrix.h"
 #include "tests/support/fact_judge.h"
 #include "tests/support/integer_matrices.h"
