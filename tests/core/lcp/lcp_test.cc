@@ -10,6 +10,7 @@
 #include <limits>
 #include <string>
 
+#include "core/linalg/norms.h"
 #include "tests/support/lcp_linear_program.h"
 #include "tests/support/lcp_problems.h"
 
@@ -183,9 +184,14 @@ TEST(SolveLcpTest, FindsASolutionWhoseActiveBlockIsSingular) {
 }
 
 TEST(SolveLcpTest, SaysThatNothingIsComplementaryAlthoughSomethingIsFeasible) {
-  // w₁ = -1 + y₂ and w₂ = 1 - y₁ + ... : feasible y exist (0, 2), but w₂ > 0 forces y₂ = 0 and then w₁ < 0.
-  const Matrix M{{0, 1}, {0, 0}};
-  const absl::StatusOr<LcpResult> result = SolveLcp(M, Vector{{-1.0, 1.0}}, SolutionRule::kAuto);
+  // y = (0, 2) is feasible in both. w₁ = -1 + y₂, w₂ = 1: w₂ > 0 forces y₂ = 0, and then w₁ < 0.
+  const absl::StatusOr<LcpResult> by_signs = SolveLcp(Matrix{{0, 1}, {0, 0}}, Vector{{-1.0, 1.0}}, SolutionRule::kAuto);
+  ASSERT_TRUE(by_signs.ok());
+  EXPECT_EQ(by_signs->verdict, LcpStatus::kInfeasible) << by_signs->message;
+  EXPECT_EQ(by_signs->method, "signs of q and M");
+  // w₁ = -1 - 2 y₁ + y₂, w₂ = -2 y₁ + 2 y₂ - 1: y = (0, 1/2) has w₁ < 0, and the other three bases a negative y or w.
+  const absl::StatusOr<LcpResult> result =
+      SolveLcp(Matrix{{-2, 1}, {-2, 2}}, Vector{{-1.0, -1.0}}, SolutionRule::kAuto);
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->verdict, LcpStatus::kInfeasible) << result->message;
   EXPECT_EQ(result->method, "enumeration");
