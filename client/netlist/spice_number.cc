@@ -36,6 +36,18 @@ std::size_t NumberLength(std::string_view text) {
   return at;
 }
 
+// The length of the letter of a suffix or unit that `text` begins with: of ASCII, µ (two signs look like it) or Ω (two
+// as well); 0 for any other. Others are most often what is left of µ after a change of the encoding, as in Âµ, and
+// must not pass for a unit.
+std::size_t UnitLetterLength(std::string_view text) {
+  if (text.empty()) return 0;
+  if (IsSpiceLetter(text[0])) return 1;
+  for (const std::string_view letter : {"\xc2\xb5", "\xce\xbc", "\xce\xa9", "\xe2\x84\xa6"}) {
+    if (text.starts_with(letter)) return letter.size();
+  }
+  return 0;
+}
+
 // The factor of the suffix that `letters` (in small letters) begins with.
 double SuffixFactor(std::string_view letters) {
   if (letters.starts_with("meg")) return 1e6;
@@ -64,9 +76,8 @@ std::pair<double, std::size_t> LeadingSpiceNumber(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + length, mantissa);
   if (error != std::errc() || end != text.data() + length) return {0, 0};
   std::size_t letters = length;
-  while (letters < text.size() && (IsSpiceLetter(text[letters]) || static_cast<unsigned char>(text[letters]) >= 0x80)) {
-    ++letters;
-  }
+  while (const std::size_t letter = UnitLetterLength(text.substr(letters))) letters += letter;
+  if (letters < text.size() && static_cast<unsigned char>(text[letters]) >= 0x80) return {0, 0};
   if (letters < text.size() && IsSpiceDigit(text[letters]) && letters > length) return {0, 0};  // 4k7
   const std::string suffix = Lower(text.substr(length, letters - length));
   return {Scaled(mantissa, SuffixFactor(suffix)), letters};

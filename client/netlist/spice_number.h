@@ -11,9 +11,9 @@
 
 namespace dlcs::client {
 
-// A number with an optional suffix (t g meg k mil m u n p f, in either case; µ is u) and then letters of a unit, which
-// have no meaning: "10kOhm" is 10,000, "1F" is 1e-15. Empty if `text` is not a number. "4k7" is none, because dialects
-// read it differently.
+// A number with an optional suffix (t g meg k mil m u n p f, in either case; µ is u) and then letters of a unit (of
+// ASCII, or Ω), which have no meaning: "10kOhm" is 10,000, "1F" is 1e-15. Empty if `text` is not a number. "4k7" is
+// none, because dialects read it differently.
 std::optional<double> ReadSpiceNumber(std::string_view text);
 
 // The number without a sign at the beginning of `text`, and its length with suffix and unit; length 0 if there is none.

@@ -21,6 +21,17 @@ TEST(SpiceNumberTest, ReadsSuffixesAndIgnoresUnits) {
   EXPECT_EQ(ReadSpiceNumber("5A"), 5);
   EXPECT_EQ(ReadSpiceNumber("-.5e-3k"), -0.5);
   EXPECT_EQ(ReadSpiceNumber("2.2T"), 2.2e12);
+  EXPECT_EQ(ReadSpiceNumber("10k\u2126"), 10e3);  // the sign of the ohm
+  EXPECT_EQ(ReadSpiceNumber("10k\u03a9"), 10e3);  // the Greek letter
+  EXPECT_EQ(ReadSpiceNumber("47\u03bcF"), 47e-6);
+}
+
+// A micro sign after a change of the encoding was once read as a unit: 1 farad in place of 1 microfarad.
+TEST(SpiceNumberTest, RefusesLettersOfNoUnit) {
+  for (const char* text : {"1\u00c2\u00b5", "1\u00ce\u00bc", "10k\u00ce\u00a9", "1\ufffd", "1\u0081", "5k\u00df"}) {
+    EXPECT_EQ(ReadSpiceNumber(text), std::nullopt) << text;
+    EXPECT_EQ(LeadingSpiceNumber(text).second, 0u) << text;
+  }
 }
 
 TEST(SpiceNumberTest, RefusesWhatDialectsReadDifferently) {
