@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "core/linalg/norms.h"
 #include "tests/support/lcp_linear_program.h"
@@ -31,6 +32,18 @@ void ExpectSolved(const Matrix& M, const Vector& q, const absl::StatusOr<LcpResu
   EXPECT_LE(LcpResidual(M, q, result->y), 1e-10 * size);
   EXPECT_EQ(result->residual, LcpResidual(M, q, result->y));
   EXPECT_LE((result->w - q - M * result->y).lpNorm<Eigen::Infinity>(), 1e-13 * size);
+}
+
+TEST(SolveLcpTest, SaysThatYOrATermIsTooLarge) {
+  // y = 1e309; and y = 1 with two terms of size 1.5e308, whose sizes are summed.
+  for (const auto& [M, q] : {std::pair(Matrix{{1e-308}}, Vector::Constant(1, -10).eval()),
+                             std::pair(Matrix{{1.5e308, 0}, {0, 1}}, Vector{{-1.5e308, -1.0}})}) {
+    const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->verdict, LcpStatus::kSingular);
+    EXPECT_EQ(result->y, Vector::Zero(q.size()));
+    EXPECT_THAT(result->message, HasSubstr("beyond the largest number, 1.8e308; choose other units"));
+  }
 }
 
 TEST(SolveLcpTest, NamesTheEntryThatBreaksARule) {
