@@ -2,6 +2,7 @@
 #include "core/solve.h"
 
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
@@ -17,8 +18,11 @@
 #include "core/parallel/stop_scope.h"
 #include "core/parallel/team.h"
 #include "core/periodic/periodic.h"
+#include "core/problem/number_range.h"
 #include "core/problem/source_periods.h"
 #include "core/problem/validate.h"
+#include "core/problem/verdict.h"
+#include "core/problem/violation_list.h"
 #include "core/setup_cache.h"
 
 namespace dlcs {
@@ -78,6 +82,40 @@ absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Option
   return solution;
 }
 
+// A mass matrix that is not diagonal is only known to be too small once it was multiplied out.
+absl::Status CheckMultiplied(const Problem& problem, const Problem& solved) {
+  if (!problem.has_mass() || solved.has_mass() || (solved.A.AllFinite() && solved.B.AllFinite())) {
+    return absl::OkStatus();
+  }
+  return InvalidField("E", std::string("too small beside ") + (solved.A.AllFinite() ? "B: E^-1 B" : "A: E^-1 A") +
+                               " is beyond the largest number, 1.8e308; choose other units");
+}
+
+// Says so where numbers left the range of double: instead of the reason for which a solve failed, or as the first
+// warning about a solution that is of no use.
+void NameWhatIsTooLarge(const Problem& problem, Solution& solution) {
+  const bool reached = solution.termination == Termination::kReachedEnd;
+  const Certificate& found = solution.certificate;
+  const bool is_finite = !std::isinf(found.midpoint_residual) && !std::isinf(found.ode_defect) &&
+                         !std::isinf(found.lcp_scale) && !std::isinf(found.ode_scale);
+  if (reached && is_finite && JudgeSolution(solution).success) return;
+  if (solution.termination == Termination::kCancelled || solution.termination == Termination::kUnsupported) return;
+  // The last state that was finite; the next one may be much larger.
+  const Index last = solution.x.cols() - 1;
+  const bool has_end = last >= 0 && solution.y.cols() == last + 1;
+  const std::string overflow =
+      has_end ? OverflowAt(problem, solution.x.col(last), solution.y.col(last), solution.times.back())
+              : OverflowAt(problem, problem.x0, Vector::Zero(problem.num_constraints()), 0);
+  if (reached) {
+    if (!overflow.empty()) solution.warnings.insert(solution.warnings.begin(), overflow);
+  } else if (!overflow.empty()) {
+    solution.termination = Termination::kNonFinite;
+    solution.message = overflow;
+  } else if (const std::string too_long = UnresolvedHorizon(problem); !too_long.empty()) {
+    solution.message += " " + too_long;
+  }
+}
+
 // Of a periodic solution: the outputs are those of one period.
 std::optional<Problem> ProblemOfPeriod(const Problem& problem, const Options& options, const Solution& solution) {
   if (options.period > 0) return ProblemOfOnePeriod(problem, options.period).problem;
@@ -105,9 +143,11 @@ absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& o
     solved_with.keep_pieces = options.keep_pieces || HasMeasurements(problem);
     const std::optional<Problem> form = FormToSolve(problem, solved_with);
     const Problem& solved = form ? *form : problem;
+    if (absl::Status status = CheckMultiplied(problem, solved); !status.ok()) return status;
     auto solution = options.period != 0 ? SolvePeriodic(solved, solved_with, observer, stop, setups)
                                         : SolveUnlessStopped(solved, solved_with, observer, stop, setups, resume);
     if (!solution.ok()) return solution;
+    NameWhatIsTooLarge(problem, *solution);
     if (HasMeasurements(problem)) {
       const std::optional<Problem> of_period = ProblemOfPeriod(problem, options, *solution);
       const absl::Status measured =

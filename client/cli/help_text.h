@@ -137,9 +137,11 @@ inline constexpr const char* kModelExamples =
     "  dlcs model input-output economy.json | dlcs solve -";
 
 inline constexpr const char* kNetlistExamples =
-    "Reads R, L, C, K, V, I, E, F, G, H, B (linear), D, S, W and X with .param, .func, .model, .subckt,\n"
-    ".include, .lib, .ic and .tran. What is not supported is refused with its line; what is assumed is printed\n"
-    "on standard error. The problem file holds voltages of nodes and currents of elements as outputs.\n"
+    "Reads R, L, C, K, V, I, E, F, G, H and B (linear or piecewise linear), D, M (a switch with a body diode),\n"
+    "S, W and X with .param, .func, .model, .subckt, .global, .include, .lib, .ic, .tran, .print, .plot,\n"
+    ".probe, .save and .meas; `dlcs ensemble` solves the points of .step. What is not supported is refused with\n"
+    "its line; what is ignored or assumed is printed on standard error. The problem file holds voltages of nodes\n"
+    "and currents of elements as outputs. Numbers of options may have suffixes as in SPICE: 1m, 20u, 10k, 1meg.\n"
     "`dlcs solve DECK.cir` does both steps at once.\n"
     "\n"
     "Examples:\n"

@@ -92,7 +92,7 @@ constexpr const char* kProblemsExamples =
 void AddTarget(CLI::App& app, JobTarget& target, const std::string& footer) {
   AddServer(app, target.server, fmt::format("The dlcsd at this address ({})", target.server.address));
   AddNumber(
-      app, "--patience", "SECONDS", {"a number of at least 0", 0},
+      app, "--patience", "SECONDS", {.words = "a number of at least 0", .least = 0, .of_clock = true},
       [&target](double v) {
         using Repeat = ConnectionOptions::Repeat;
         target.repeat = v > 0 ? Repeat::kAlways : Repeat::kNever;
@@ -132,7 +132,7 @@ void AddSubmit(CLI::App& main, SubmitCommand& command) {
                  "Identifies this job: submitting again with the same text gives the same job (random)")
       ->type_name("TEXT");
   AddNumber(
-      app, "--priority", "N", Within("a whole number between -100 and 100", -100, 100),
+      app, "--priority", "N", Whole("a whole number between -100 and 100", -100, 100),
       [&command](double v) { command.priority = static_cast<std::int32_t>(v); },
       "Order among your own jobs, higher first (0)");
   AddNumber(

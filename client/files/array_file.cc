@@ -58,7 +58,7 @@ absl::StatusOr<StoredVariables> ParseArrayFile(std::string_view bytes, const std
 }
 
 absl::StatusOr<StoredArray> ReadStoredArray(const std::string& path, const std::optional<std::string>& variable) {
-  const auto bytes = ReadTextFile(path);
+  const auto bytes = ReadFileBytes(path);
   if (!bytes.ok()) return bytes.status();
   std::optional<std::string> name = variable;
   if (!name) {

@@ -21,7 +21,7 @@ bool IsArrayFile(std::string_view bytes);
 absl::StatusOr<StoredVariables> ParseArrayFile(std::string_view bytes, const std::string& source, const Wanted& wanted);
 
 // One array of the file at `path`, by the name of its variable, which may be left out where the file holds only one.
-// Errors, which name file and variable: as above and as ReadTextFile(); NotFound if there is no such variable;
+// Errors, which name file and variable: as above and as ReadFileBytes(); NotFound if there is no such variable;
 // InvalidArgument if `variable` is left out where there are several, or cannot be read.
 absl::StatusOr<StoredArray> ReadStoredArray(const std::string& path, const std::optional<std::string>& variable);
 

@@ -205,27 +205,10 @@ constexpr std::array kSignatures = {
     Signature{"\x89PNG", "a picture"},
     Signature{"SQLite format 3", "a database of SQLite"}};
 
-// "UTF-16" and the like, where `text` is that: by its byte order mark, or because every other byte of its begin is
-// zero.
-std::string WideEncoding(std::string_view text) {
-  using namespace std::string_view_literals;
-  if (text.starts_with("\xff\xfe\0\0"sv) || text.starts_with("\0\0\xfe\xff"sv)) return "UTF-32";
-  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) return "UTF-16";
-  const std::string_view begin = text.substr(0, 64);
-  std::size_t zeros[2] = {0, 0};
-  for (std::size_t k = 0; k < begin.size(); ++k) zeros[k % 2] += begin[k] == '\0';
-  const std::size_t half = begin.size() / 2;
-  if (half >= 2 && zeros[0] == 0 && 2 * zeros[1] > half) return "UTF-16LE";
-  if (half >= 2 && zeros[1] == 0 && 2 * zeros[0] > half) return "UTF-16BE";
-  return "";
-}
-
 // What `text` is if it is not UTF-8; empty if it is.
 std::string ExplainEncoding(const std::string& text) {
   constexpr const char* kWanted = "a text file with JSON in UTF-8 is expected here";
-  if (const std::string wide = WideEncoding(text); !wide.empty()) {
-    return fmt::format(": is text in {0}; save it as UTF-8, or convert it with iconv -f {0} -t UTF-8", wide);
-  }
+  if (const std::string wide = ExplainWideEncoding(text); !wide.empty()) return ": " + wide;
   for (const Signature& signature : kSignatures) {
     if (text.starts_with(signature.bytes)) return fmt::format(": is {}; {}", signature.what, kWanted);
   }
@@ -309,6 +292,12 @@ absl::Status ErrnoStatus(const std::string& source, int error) {
 std::string SourceName(const std::string& path) { return path == "-" ? "standard input" : path; }
 
 absl::StatusOr<std::string> ReadTextFile(const std::string& path, std::size_t limit_bytes) {
+  auto bytes = ReadFileBytes(path, limit_bytes);
+  if (!bytes.ok()) return bytes;
+  return TextOf(*std::move(bytes));
+}
+
+absl::StatusOr<std::string> ReadFileBytes(const std::string& path, std::size_t limit_bytes) {
   const std::string source = SourceName(path);
   const auto close = [](std::FILE* file) {
     if (file != stdin) std::fclose(file);

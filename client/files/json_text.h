@@ -18,6 +18,9 @@ inline constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20;
 // The whole content of the file at `path`; `-` reads standard input. Errors: NotFound, PermissionDenied,
 // FailedPrecondition (a directory, a failed read), ResourceExhausted (more than `limit_bytes`); each names
 // the file.
+absl::StatusOr<std::string> ReadFileBytes(const std::string& path, std::size_t limit_bytes = kMaxFileBytes);
+
+// The same as text: TextOf() its bytes (client/files/encoding.h).
 absl::StatusOr<std::string> ReadTextFile(const std::string& path, std::size_t limit_bytes = kMaxFileBytes);
 
 // How a file is called in messages: its path, or "standard input" for `-`.

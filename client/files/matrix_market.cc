@@ -11,9 +11,12 @@
 #include <initializer_list>
 #include <limits>
 #include <string_view>
+#include <system_error>
+#include <type_traits>
 #include <vector>
 
 #include "client/files/json_text.h"
+#include "proto/shared/byte_order_mark.h"
 
 namespace dlcs::client {
 namespace {
@@ -31,6 +34,7 @@ class WordReader {
  public:
   // `line`: that on which `text` begins, of which the first one is no comment.
   explicit WordReader(std::string_view text, std::int64_t line = 1) : text_(text), line_(line) {
+    if (line == 1) position_ = text.size() - WithoutByteOrderMark(text).size();
     if (line > 1 && text_.starts_with('%')) SkipLine();
   }
 
@@ -114,8 +118,17 @@ Number ReadNumber(WordReader& words, const char* what) {
   const std::string_view shown = word.substr(0, 40);
   if (word.size() > 1 && word[0] == '+') word.remove_prefix(1);
   Number number{};
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-  const bool whole = error == std::errc() && end == word.data() + word.size();
+  std::from_chars_result read = std::from_chars(word.data(), word.data() + word.size(), number);
+  if constexpr (std::is_floating_point_v<Number>) {
+    // Fortran writes the exponents of its doubles with a D, 1.5D+00.
+    if (read.ec == std::errc() && read.ptr < word.data() + word.size() && (*read.ptr == 'D' || *read.ptr == 'd')) {
+      std::string copy(word);
+      copy[static_cast<std::size_t>(read.ptr - word.data())] = 'e';
+      const std::from_chars_result again = std::from_chars(copy.data(), copy.data() + copy.size(), number);
+      if (again.ptr == copy.data() + copy.size()) read = {word.data() + word.size(), again.ec};
+    }
+  }
+  const bool whole = read.ec == std::errc() && read.ptr == word.data() + word.size();
   if (!whole) throw Fault{words.line(), fmt::format("\"{}\" where {} is expected", shown, what)};
   return number;
 }

@@ -20,6 +20,7 @@
 #include "client/files/matrix_market.h"
 #include "client/files/petsc_file.h"
 #include "core/mpi/row_exchange.h"
+#include "proto/shared/byte_order_mark.h"
 
 namespace dlcs::client {
 namespace {
@@ -303,10 +304,13 @@ struct Shape {
   Index rows = 0, columns = 0;
 };
 
-bool BeginsAsMarket(std::string_view bytes) {
+bool BeginsAsMarket(const PlacedFile& file) {
   constexpr std::string_view kBegin = "%%MatrixMarket";
-  return bytes.size() >= kBegin.size() &&
-         std::equal(kBegin.begin(), kBegin.end(), bytes.begin(),
+  const auto bytes = file.Read(0, kByteOrderMark.size() + kBegin.size());
+  if (!bytes.ok()) return false;
+  const std::string_view text = WithoutByteOrderMark(*bytes);
+  return text.size() >= kBegin.size() &&
+         std::equal(kBegin.begin(), kBegin.end(), text.begin(),
                     [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
 }
 
@@ -318,7 +322,7 @@ bool IsReadByRows(const std::string& path) {
   const auto bytes = file.Read(0, PetscMatrixHead::kBytes);
   if (!bytes.ok()) return false;
   if (ParsePetscHead(*bytes).ok()) return true;
-  if (!BeginsAsMarket(*bytes)) return false;
+  if (!BeginsAsMarket(file)) return false;
   const auto head = ReadMarketHead(file);
   return head.ok() && head->is_coordinate;
 }
@@ -328,9 +332,7 @@ absl::StatusOr<std::shared_ptr<const DistributedOperator>> ReadByRows(const std:
   std::optional<MarketHead> market;
   std::optional<PetscMatrixHead> petsc;
   absl::Status opened;
-  if (const auto bytes = file.Read(0, PetscMatrixHead::kBytes); !bytes.ok()) {
-    opened = bytes.status();
-  } else if (BeginsAsMarket(*bytes)) {
+  if (BeginsAsMarket(file)) {
     const auto head = ReadMarketHead(file);
     if (head.ok()) market = *head;
     opened = head.status();

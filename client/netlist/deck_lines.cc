@@ -79,17 +79,31 @@ bool IsStandardLibrary(std::string_view name) {
   return file == "standard.dio" || file == "standard.bjt" || file == "standard.mos" || file == "standard.jft";
 }
 
+// The number of the line in which a byte stands.
+std::ptrdiff_t LineOf(const std::string& bytes, std::size_t at) {
+  return 1 + std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+}
+
 class Splitter {
  public:
   explicit Splitter(std::string folder) : folder_(std::move(folder)) {}
 
   absl::Status Split(const std::string& bytes, const std::string& source, bool is_deck,
                      const std::optional<std::string>& section) {
-    if (bytes.find('\0') != std::string::npos) {
-      return DeckError(source, "holds a byte of 0, and is not text; save it as UTF-8");
+    if (const std::string wide = ExplainWideEncoding(bytes); !wide.empty()) return DeckError(source, wide);
+    if (const std::size_t zero = bytes.find('\0'); zero != std::string::npos) {
+      return DeckError(fmt::format("{}:{}", source, LineOf(bytes, zero)),
+                       "holds a byte of 0, and is not text; save it as UTF-8");
     }
-    // LTspice writes its µ in Latin-1.
-    const std::string text = FindInvalidUtf8(bytes) == std::string::npos ? bytes : FromLatin1(bytes);
+    // LTspice writes its µ in Latin-1. Bytes that are neither that nor UTF-8 throughout belong to no text.
+    const std::size_t strange = FindInvalidUtf8(bytes);
+    if (strange != std::string::npos && HasUtf8Letters(bytes)) {
+      return DeckError(
+          fmt::format("{}:{}", source, LineOf(bytes, strange)),
+          fmt::format("the byte {:#04x} is not UTF-8, though other letters of the file are; save it as UTF-8",
+                      static_cast<unsigned char>(bytes[strange])));
+    }
+    const std::string text = strange == std::string::npos ? bytes : FromLatin1(bytes);
     std::size_t begin = 0, number = 0;
     bool in_control = false, has_run = false, ignores_change = false, is_inside = !section;
     bool may_continue = false;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "client/files/encoding.h"
 #include "client/netlist/spice_number.h"
 
 namespace dlcs::client {
@@ -71,6 +72,22 @@ std::string DecimalHint(const std::string& text) {
   return ReadSpiceNumber(number) ? fmt::format("; write {}", number) : "";
 }
 
+// Letters that do not show on a screen, by their code.
+std::string Visible(const std::string& text) {
+  std::string shown;
+  for (const char32_t letter : LettersOf(text)) {
+    if (letter >= 0x20 && (letter < 0x7f || letter > 0x9f)) continue;
+    shown += fmt::format("{}0x{:02x}", shown.empty() ? "" : ", ", static_cast<unsigned>(letter));
+  }
+  return shown.empty() ? fmt::format("\"{}\"", text)
+                       : fmt::format("\"{}\", with the control character {},", text, shown);
+}
+
+// µ in UTF-8 that was read as Latin-1 or Windows-1252.
+bool HasBrokenMicro(const std::string& text) {
+  return text.find("\u00c2\u00b5") != std::string::npos || text.find("\u00ce\u00bc") != std::string::npos;
+}
+
 }  // namespace
 
 void DeckNotes::Add(std::string note) {
@@ -91,7 +108,10 @@ absl::StatusOr<double> ValueOf(const DeckLine& line, const DeckWord& word, Param
     return DeckError(line.Place(word.offset),
                      fmt::format("\"{0}\" is not a number; a parameter is written in braces: {{{0}}}", word.text));
   }
-  return DeckError(line.Place(word.offset), fmt::format("\"{}\" is not a number{}", word.text, DecimalHint(word.text)));
+  const std::string hint = HasBrokenMicro(word.text)
+                               ? "; this was a \u00b5 before the encoding of the file was mistaken: write u"
+                               : DecimalHint(word.text);
+  return DeckError(line.Place(word.offset), fmt::format("{} is not a number{}", Visible(word.text), hint));
 }
 
 absl::Status DefineParameters(const std::vector<const DeckLine*>& lines, const std::set<std::string>& given,

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "client/netlist/spice_number.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -17,6 +19,15 @@ std::size_t CloseOf(std::string_view text, std::size_t begin) {
     if (text[at] == '}' && --depth == 0) return at;
   }
   return text.size();
+}
+
+// The length of (D1-K) at `at` in a net of KiCad, Net-(D1-K), whose name begins at `begin`; 0 if there is none. Before
+// a parenthesis that opens something else there is no minus sign, or a number.
+std::size_t PartInParentheses(std::string_view text, std::size_t begin, std::size_t at) {
+  if (text[at] != '(' || at == begin || text[at - 1] != '-' || IsSpiceDigit(text[begin])) return 0;
+  const std::size_t close = text.find_first_of(" \t\r,()={}'", at + 1);
+  if (close == std::string_view::npos || text[close] != ')' || close == at + 1) return 0;
+  return close + 1 - at;
 }
 
 }  // namespace
@@ -36,9 +47,10 @@ std::vector<DeckWord> WordsOf(const DeckLine& line) {
       at = close + 1;
     } else {
       const std::size_t begin = at;
-      while (at < text.size() && !SeparatesWords(text[at]) &&
-             std::string_view("()={'").find(text[at]) == std::string_view::npos) {
-        ++at;
+      while (at < text.size() && !SeparatesWords(text[at])) {
+        const std::size_t part = PartInParentheses(text, begin, at);
+        if (part == 0 && std::string_view("()={'").find(text[at]) != std::string_view::npos) break;
+        at += std::max<std::size_t>(part, 1);
       }
       words.push_back({std::string(text.substr(begin, at - begin)), begin, false});
     }

@@ -26,7 +26,7 @@ struct DeckWord {
 using NamedWords = std::map<std::string, DeckWord>;
 
 // Words are separated by blanks and commas. "(", ")" and "=" are words of their own; an expression in braces or single
-// quotes is one word.
+// quotes is one word, and so is the name of a net of KiCad with parentheses, Net-(D1-K).
 std::vector<DeckWord> WordsOf(const DeckLine& line);
 
 // Where a brace or a single quote opens that nothing closes.

@@ -427,8 +427,12 @@ class ExpressionReader {
 
   // V(a), V(a,b) or I(name), as it is written.
   LinearValue Quantity(const std::string& kind) {
-    const std::size_t close = text_.find(')', at_);
-    if (close == std::string_view::npos) return Fail("\")\" is missing");
+    std::size_t close = at_ + 1;  // names of nets may have parentheses, Net-(D1-K)
+    for (int depth = 1; close < text_.size(); ++close) {
+      if (text_[close] == '(') ++depth;
+      if (text_[close] == ')' && --depth == 0) break;
+    }
+    if (close == text_.size()) return Fail("\")\" is missing");
     std::string inside;
     for (const char letter : text_.substr(at_ + 1, close - at_ - 1)) {
       if (letter != ' ' && letter != '\t') inside += letter;

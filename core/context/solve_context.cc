@@ -60,8 +60,8 @@ bool FailLcp(SolveContext& context, LcpStatus verdict, double time, const std::s
       return context.Fail(Termination::kIterationLimit, time, at + ": the basis is singular to working precision.");
     case LcpStatus::kNonFinite:
       return context.Fail(Termination::kNonFinite, time,
-                          "The state is no longer finite at t = " + FormatNumber(time) +
-                              ": it grew beyond the range of numbers, or the step is too long.");
+                          "The state, or a product of it with A, B, N or M, is no longer finite at t = " +
+                              FormatNumber(time) + ": it grew beyond the range of numbers, or the step is too long.");
     case LcpStatus::kSolved:
       break;
   }

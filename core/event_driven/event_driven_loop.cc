@@ -393,7 +393,8 @@ EventDrivenLoop::Progressed EventDrivenLoop::EndMode(const ModeEnd& mode_end, do
   const bool moved = (lasted * slope.array().abs() > tolerance_ * magnitudes_.x.array()).any();
   short_modes_ += moved ? 1 : kCountOfStill;
   if (short_modes_ < kMaxShortModes) return Progressed::kYes;
-  why_coupled_ = "switching times accumulate";
+  why_coupled_ = "the last active sets were each shorter than a millionth of T = " + FormatNumber(problem_.horizon) +
+                 ": switching times accumulate, or T is far too long";
   return Progressed::kNoMode;
 }
 

@@ -144,6 +144,7 @@ LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass
   result.w = q + M * result.y;
   result.residual = LcpResidual(M, q, result.y);
   const bool lost = result.verdict == LcpStatus::kSolved && IsLost(M, q, result);
+  const bool overflows = lost && !Vector(q.cwiseAbs() + M.cwiseAbs() * result.y).allFinite();
   if (lost) {
     result.verdict = LcpStatus::kSingular;
     result.y.setZero();
@@ -155,7 +156,12 @@ LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass
   result.pivots = account.pivots;
   result.method = account.method;
   result.message = solved ? "solved" : account.message;
-  if (lost) result.message = "the entries of M and q are too far apart in size: what was found is no solution";
+  if (overflows) {
+    result.message =
+        "y, or the sum of the sizes of the terms of q + M y, is beyond the largest number, 1.8e308; choose other units";
+  } else if (lost) {
+    result.message = "the entries of M and q are too far apart in size: what was found is no solution";
+  }
   if (solved) {
     result.sets = FindIndexSets(M, q, result.y);
     result.only_choice = solver->IsOnlyChoice();

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "proto/shared/byte_order_mark.h"
 
 namespace dlcs {
 
@@ -23,7 +24,7 @@ absl::StatusOr<std::string> ReadSmallFile(const std::string& file) {
   if (text.size() > kMaxBytes) {
     return absl::InvalidArgumentError(absl::StrCat(file, ": has more than ", kMaxBytes, " bytes; must have less"));
   }
-  return text;
+  return std::string(WithoutByteOrderMark(text));
 }
 
 }  // namespace dlcs

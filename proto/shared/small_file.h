@@ -10,7 +10,7 @@
 
 namespace dlcs {
 
-// The content of `file`, at most 1 MB. Errors: InvalidArgument with the file and what is wrong.
+// The text in `file`, at most 1 MB, without a byte order mark. Errors: InvalidArgument with the file and what is wrong.
 absl::StatusOr<std::string> ReadSmallFile(const std::string& file);
 
 }  // namespace dlcs

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "fmt/format.h"
+#include "proto/shared/byte_order_mark.h"
 
 namespace dlcs {
 namespace {
@@ -66,7 +67,7 @@ absl::StatusOr<std::vector<Setting>> ReadSettings(std::istream& input, const std
   std::vector<Setting> settings;
   std::map<std::string, int> lines;
   int number = 0;
-  std::istringstream text_lines(file);
+  std::istringstream text_lines{std::string(WithoutByteOrderMark(file))};
   for (std::string line; std::getline(text_lines, line);) {
     ++number;
     if (line.size() > kMaxLineBytes) {

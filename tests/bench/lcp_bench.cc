@@ -128,6 +128,31 @@ void BM_Lemke(benchmark::State& state) {
 }
 BENCHMARK(BM_Lemke)->Arg(4)->Arg(16)->Arg(64)->Arg(255);
 
+// Another random game of n x n strategies each time, with costs from 1 to `most`. Time per game.
+void BM_Game(benchmark::State& state) {
+  const Index n = state.range(0), most = state.range(1);
+  testing::LcpGenerator generator(5);
+  const Vector q = Vector::Constant(2 * n, -1), tolerance = Vector::Zero(2 * n);
+  for (auto _ : state) {
+    Matrix M = Matrix::Zero(2 * n, 2 * n);
+    for (Index j = 0; j < n; ++j) {
+      for (Index i = 0; i < n; ++i) {
+        M(i, n + j) = static_cast<double>(generator.Integer(1, most));
+        M(n + j, i) = static_cast<double>(generator.Integer(1, most));
+      }
+    }
+    Basis basis(2 * n, 0);
+    Vector y(2 * n);
+    const std::unique_ptr<LcpSolver> solver = MakeLcpSolver(M, Selection::kAny);
+    const bool solved = solver->Solve(q, tolerance, basis, y) == LcpStatus::kSolved;
+    if (!solved || !Certified(state, M, q, y)) {
+      state.SkipWithError("not solved");
+      return;
+    }
+  }
+}
+BENCHMARK(BM_Game)->ArgsProduct({{7, 14, 50, 100}, {2, 11, 1000000}})->Unit(benchmark::kMillisecond);
+
 // A marched step of a small system, guess right: the inner loop of a million steps.
 void BM_CoupledSameBasis(benchmark::State& state) {
   const Index n = state.range(0);

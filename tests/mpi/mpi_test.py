@@ -170,11 +170,11 @@ def sparse(form):
     return scipy.sparse.csr_matrix((form["values"], places), shape=(form["rows"], form["columns"]))
 
 
-def write_market(file, matrix, symmetric=False):
-    """The entries in a random order; of a symmetric matrix one triangle."""
+def write_market(file, matrix, symmetric=False, encoding="utf-8"):
+    """The entries in a random order; of a symmetric matrix one triangle. utf-8-sig begins with a byte order mark."""
     entries = scipy.sparse.tril(matrix).tocoo() if symmetric else matrix.tocoo()
     order = np.random.default_rng(1).permutation(entries.nnz)
-    with open(path(file), "w", encoding="utf-8") as market:
+    with open(path(file), "w", encoding=encoding) as market:
         market.write(f"%%MatrixMarket matrix coordinate real {'symmetric' if symmetric else 'general'}\n% a comment\n")
         market.write(f"{entries.shape[0]} {entries.shape[1]} {entries.nnz}\n")
         for i, j, value in zip(entries.row[order], entries.col[order], entries.data[order]):
@@ -305,6 +305,7 @@ class MpiTest(unittest.TestCase):
         one = solve(wall(8), *options)
         forms = (
             {"A": write_market("a.mtx", A), "B": write_market("b.mtx", B), "N": write_market("n.mtx", N)},
+            {"A": write_market("marked.mtx", A, encoding="utf-8-sig")},
             {"A": write_market("half.mtx", A, symmetric=True), "B": write_petsc("b.petsc", B)},
             {"A": write_petsc("a.petsc", A), "N": write_petsc("n.petsc", N)},
         )

@@ -12,6 +12,8 @@
 
 #include "absl/strings/match.h"
 #include "client/files/json_text.h"
+#include "client/netlist/deck_words.h"
+#include "client/netlist/spice_number.h"
 
 namespace dlcs::client {
 namespace {
@@ -23,6 +25,21 @@ std::optional<double> ParseNumber(const std::string& text) {
   const auto [rest, error] = std::from_chars(begin, end, value);
   if (error != std::errc() || rest != end || !std::isfinite(value)) return std::nullopt;
   return value;
+}
+
+// What to write instead, where letters follow a number that are no suffix.
+std::string SuffixHint(const std::string& text) {
+  if (!ReadSpiceNumber(text)) return "";
+  const std::size_t letters = text.find_last_of("0123456789.") + 1;
+  if (text.substr(letters) == "M") {
+    return fmt::format("; M is milli in SPICE and mega elsewhere: write {0}m or {0}meg", text.substr(0, letters));
+  }
+  for (std::size_t end = text.size(); end > letters; --end) {
+    const std::string shorter = text.substr(0, end - 1);
+    const bool is_more = end - 1 > letters || text.substr(letters) == "s";  // 1x is no number with a unit
+    if (is_more && ReadNumberWithSuffix(shorter)) return fmt::format("; write {}, without a unit", shorter);
+  }
+  return "; suffixes are t, g, meg, k, m, u, n, p and f, as in 20u";
 }
 
 // A number above 0 with one of `units`, which `words` lists; the first is none.
@@ -44,14 +61,17 @@ double ParseWithUnit(const std::string& text, std::span<const std::pair<const ch
 }  // namespace
 
 double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option) {
-  const auto value = ParseNumber(text);
+  const bool takes_suffixes = !rule.whole && !rule.of_clock;
+  auto value = ParseNumber(text);
+  if (!value && takes_suffixes) value = ReadNumberWithSuffix(text);
   if (!value || !rule.Holds(*value)) {
     if (rule.whole && value && *value != std::floor(*value)) {
       throw CLI::ValidationError(option, fmt::format("\"{}\" is not a whole number", text));
     }
     // The engine's rules begin with the bounds.
     const char* const article = std::string_view(rule.words).starts_with("at least") ? "a number of " : "";
-    throw CLI::ValidationError(option, fmt::format("\"{}\" is not {}{}", text, article, rule.words));
+    const std::string hint = !value && takes_suffixes ? SuffixHint(text) : "";
+    throw CLI::ValidationError(option, fmt::format("\"{}\" is not {}{}{}", text, article, rule.words, hint));
   }
   return *value;
 }
@@ -106,10 +126,25 @@ std::vector<double> ParseTimes(const std::string& text, const std::string& optio
   return times;
 }
 
+namespace {
+
+// Numbers and ranges of them, right or wrong as times: nothing that would be the name of a file.
+bool IsListOfNumbers(const std::string& text) {
+  const bool has_digits = text.find_first_of("0123456789") != std::string::npos;
+  if (has_digits && text.find_first_not_of("0123456789.,+-eE ") == std::string::npos) return true;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find_first_of(",:", begin), text.size());
+    if (!ReadNumberWithSuffix(Trimmed(text.substr(begin, end - begin)))) return false;
+    begin = end + 1;
+  }
+  return true;
+}
+
+}  // namespace
+
 std::vector<double> ParseTimesOrFile(const std::string& text, const std::string& option) {
   if (text.empty()) throw CLI::ValidationError(option, "is empty; is a variable of your script unset?");
-  const bool has_digits = text.find_first_of("0123456789") != std::string::npos;
-  if (has_digits && text.find_first_not_of("0123456789.,+-eE ") == std::string::npos) return ParseTimes(text, option);
+  if (IsListOfNumbers(text)) return ParseTimes(text, option);
   const auto content = ReadTextFile(text);
   if (!content.ok() && text.find(',') != std::string::npos) {
     // Probably meant as a list: the error then names the wrong entry.

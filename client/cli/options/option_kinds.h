@@ -28,19 +28,23 @@ struct NumberRule {
   double least;
   double most = std::numeric_limits<double>::infinity();
   bool whole = false;
+  bool of_clock = false;  // seconds that people wait: no suffixes, for many would take 5m for minutes
 
   bool Holds(double value) const { return value >= least && value <= most && (!whole || value == std::floor(value)); }
 };
 constexpr NumberRule Positive() { return {"a number above 0", std::numeric_limits<double>::denorm_min()}; }
-constexpr NumberRule Seconds() { return {"a number of seconds above 0", Positive().least}; }
+constexpr NumberRule Seconds() {
+  return {.words = "a number of seconds above 0", .least = Positive().least, .of_clock = true};
+}
 constexpr NumberRule Within(const char* words, double least, double most) { return {words, least, most}; }
 constexpr NumberRule Whole(const char* words, double least, double most = 9e15) { return {words, least, most, true}; }
 
-// `text` as a finite number: the same digits as in a file, and nothing else.
+// `text` as a finite number: the same digits as in a file, and unless it is whole or of the clock a suffix as in SPICE,
+// such as 1m, 20u, 10k or 1meg.
 double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option);
 
-// Times such as "0.1,0.5", in any order, and ranges begin:step:end such as 0:0.01:5. The result is increasing and
-// distinct.
+// Times such as "0.1,0.5", in any order, and ranges begin:step:end such as 0:0.01:5 or 0:1m:20m. The result is
+// increasing and distinct.
 std::vector<double> ParseTimes(const std::string& text, const std::string& option);
 
 // The times of `text`, which is a list of them or the name of a file that holds them, separated by commas,

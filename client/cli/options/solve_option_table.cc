@@ -92,8 +92,9 @@ constexpr SolveOption kTable[] = {
      .flag = "--at",
      .kind = kTimes,
      .value = "T1,T2,...",
-     .help = "Output times, in any order, or ranges begin:step:end; they become nodes of the grid. By default a table "
-             "shows 11 even times, JSON and CSV show every node",
+     .help =
+         "Output times, in any order, or ranges begin:step:end such as 0:1m:20m (m, u, n, k, meg, ... as in SPICE); "
+         "they become nodes of the grid. By default a table shows 11 even times, JSON and CSV show every node",
      .group = kEveryday},
     {.field = "period",
      .flag = "--periodic",

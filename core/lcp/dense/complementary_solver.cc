@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/lcp/basis/principal_pivoting.h"
+#include "core/lcp/dense/bimatrix_games.h"
 #include "core/lcp/dense/enumeration.h"
 #include "core/lcp/dense/feasibility.h"
 #include "core/matrix_classes/positive_semidefinite.h"
@@ -50,6 +51,16 @@ bool ComplementarySolver::SolvesIn(const Basis& basis, const Eigen::Ref<const Ve
 }
 
 LcpStatus ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector> y) {
+  std::optional<BimatrixGames> games;
+  if (known_ == Known::kNothing) games = FindBimatrixGames(lcp_);
+  if (games && games->is_infeasible) {
+    method_ = "signs of q and M";
+    return Fail(LcpStatus::kInfeasible, "where q and a row of M are positive, y is zero; that makes another w negative",
+                y);
+  }
+  // Nonnegative games have solutions that Lemke's method often does not find. Others may be linear programs, which it
+  // decides.
+  if (games && games->is_nonnegative && SolveGames(*games, basis, y)) return LcpStatus::kSolved;
   method_ = "Lemke";
   if (!lemke_) lemke_.emplace(lcp_.size());
   LemkeEnd end = LemkeEnd::kRay;
@@ -76,6 +87,7 @@ LcpStatus ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector>
     return !may_be_rounding;
   });
   if (verdict) return *verdict;
+  if (games && !games->is_nonnegative && SolveGames(*games, basis, y)) return LcpStatus::kSolved;
   if (lcp_.size() <= kMaxEnumerationSize || end == LemkeEnd::kRay) return AfterRay(basis, y);
   if (end == LemkeEnd::kPivotLimit) {
     return Fail(LcpStatus::kPivotLimit, "Lemke's method did not end within its pivots", y);
@@ -87,6 +99,13 @@ LcpStatus ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector>
 bool ComplementarySolver::Polish(Basis& basis) {
   constexpr int kRounds = 5;
   return PivotPrincipally(lcp_, kRounds, exchange_, point_, basis, pivots_);
+}
+
+bool ComplementarySolver::SolveGames(const BimatrixGames& games, Basis& basis, Eigen::Ref<Vector> y) {
+  if (!SolveByLemkeHowson(lcp_, games, basis, pivots_) || !Polish(basis)) return false;
+  method_ = "Lemke-Howson";
+  point_.Write(lcp_, y);
+  return true;
 }
 
 LcpStatus ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {

@@ -11,13 +11,15 @@
 
 #include "core/lcp/basis/basis_point.h"
 #include "core/lcp/basis/principal_pivoting.h"
+#include "core/lcp/dense/bimatrix_games.h"
 #include "core/lcp/dense/lemke.h"
 
 namespace dlcs {
 
 // Tries, each only where the one before gave no answer: the guessed basis; block principal pivoting from it
-// (P-matrices, and a few rounds for large others); Lemke's method; and where that ends in a ray, to prove by
-// the ray that the LCP is infeasible, enumeration (n <= 12), and a linear program for infeasibility.
+// (P-matrices, and a few rounds for large others); the method of Lemke and Howson for nonnegative bimatrix games;
+// Lemke's method; that of Lemke and Howson for other games; and where Lemke's ends in a ray, to prove by the ray that
+// the LCP is infeasible, enumeration (n <= 12), and a linear program for infeasibility.
 class ComplementarySolver final : public LcpSolver {
  public:
   // What the caller knows about M; it is not checked.
@@ -46,6 +48,7 @@ class ComplementarySolver final : public LcpSolver {
   LcpStatus SolveFromScratch(Basis& basis, Eigen::Ref<Vector> y);
   bool Accept(const Basis& basis, Eigen::Ref<Vector> y);
   bool Polish(Basis& basis);
+  bool SolveGames(const BimatrixGames& games, Basis& basis, Eigen::Ref<Vector> y);
   LcpStatus AfterRay(Basis& basis, Eigen::Ref<Vector> y);
   LcpStatus Fail(LcpStatus verdict, const char* why, Eigen::Ref<Vector> y);
 

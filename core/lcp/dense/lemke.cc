@@ -3,45 +3,28 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <utility>
+#include <vector>
 
 #include "core/lcp/basis/tolerance.h"
-#include "core/linalg/simd/simd_dispatch.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 
-Lemke::Lemke(Index n)
-    : n_(n),
-      tableau_(n, (n + 2 + kAlign - 1) / kAlign * kAlign),
-      basic_(n),
-      first_(n),
-      nonbasic_(n + 1),
-      column_(2 * n + 1),
-      ray_(n) {
-  ties_.reserve(n);
-}
+Lemke::Lemke(Index n) : n_(n), tableau_(n, n + 1), ray_(n) {}
 
 void Lemke::Load(const ScaledLcp& lcp) {
   double largest = 0;
-  tableau_.leftCols(n_) = -lcp.M();
-  tableau_.col(n_).setConstant(-1);
-  tableau_.rightCols(tableau_.cols() - n_ - 1).setZero();
+  tableau_.Reset();
+  tableau_.columns().leftCols(n_) = -lcp.M();
+  tableau_.columns().col(n_).setConstant(-1);
   for (Index i = 0; i < n_; ++i) {
     // An entry that is negative by no more than the tolerance is a degenerate zero, which the lexicographic rule
     // treats.
     const double entry = lcp.q[i] < 0 && lcp.q[i] >= -lcp.tolerance[i] ? 0 : lcp.q[i];
-    tableau_(i, right()) = entry;
+    tableau_.right()[i] = entry;
     largest = std::max(largest, std::abs(entry));
-    basic_[i] = first_[i] = i;
-    column_[i] = kNone;
   }
-  for (Index j = 0; j <= n_; ++j) {
-    nonbasic_[j] = n_ + j;
-    column_[n_ + j] = j;
-  }
-  if (largest > 0) tableau_.col(right()) /= std::exp2(std::ilogb(largest));
+  if (largest > 0) tableau_.right() /= std::exp2(std::ilogb(largest));
 }
 
 LemkeEnd Lemke::Run(const ScaledLcp& lcp, double zero, Basis& basis) {
@@ -51,10 +34,10 @@ LemkeEnd Lemke::Run(const ScaledLcp& lcp, double zero, Basis& basis) {
   // The lexicographically smallest row of (q, I): of equal entries the last.
   Index row = 0;
   for (Index i = 1; i < n_; ++i) {
-    if (tableau_(i, right()) <= tableau_(row, right())) row = i;
+    if (tableau_.right()[i] <= tableau_.right()[row]) row = i;
   }
   std::fill(basis.begin(), basis.end(), std::uint8_t{0});
-  if (tableau_(row, right()) >= 0) return LemkeEnd::kBasis;
+  if (tableau_.right()[row] >= 0) return LemkeEnd::kBasis;
   return FollowFrom(row, zero, basis);
 }
 
@@ -63,19 +46,20 @@ LemkeEnd Lemke::Follow(const ScaledLcp& lcp, double zero, double others, LemkeTi
   rule_ = rule;
   pivots_ = 0;
   if (!Enter(basis, zero)) return LemkeEnd::kRay;
-  const auto values = tableau_.col(right());
+  auto values = tableau_.right();
+  auto artificial = tableau_.columns().col(tableau_.column_of(2 * n_));
   const double rounding = 1e-15 * values.cwiseAbs().maxCoeff();
-  Index row = kNone;
+  Index row = PivotTableau::kNone;
   for (Index i = 0; i < n_; ++i) {
     const bool is_violated = values[i] < -rounding;
-    tableau_(i, column_[2 * n_]) = is_violated ? -1 : -others;
+    artificial[i] = is_violated ? -1 : -others;
     if (!is_violated) {
-      tableau_(i, right()) = std::max(0.0, values[i]);
-    } else if (row == kNone || values[i] <= values[row]) {
+      values[i] = std::max(0.0, values[i]);
+    } else if (row == PivotTableau::kNone || values[i] <= values[row]) {
       row = i;
     }
   }
-  if (row == kNone) return LemkeEnd::kBasis;
+  if (row == PivotTableau::kNone) return LemkeEnd::kBasis;
   return FollowFrom(row, zero, basis);
 }
 
@@ -92,7 +76,7 @@ bool Lemke::Enter(const Basis& basis, double zero) {
     double largest = 0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       for (std::size_t j = 0; j < columns.size(); ++j) {
-        const double entry = std::abs(tableau_(rows[i], columns[j]));
+        const double entry = std::abs(tableau_.entry(rows[i], columns[j]));
         if (entry <= largest) continue;
         largest = entry;
         row = i;
@@ -100,11 +84,11 @@ bool Lemke::Enter(const Basis& basis, double zero) {
       }
     }
     if (!(largest > zero)) return false;
-    Pivot(rows[row], columns[column]);
+    tableau_.Pivot(rows[row], columns[column]);
     rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(row));
     columns.erase(columns.begin() + static_cast<std::ptrdiff_t>(column));
   }
-  first_ = basic_;
+  tableau_.Keep();
   return true;
 }
 
@@ -116,18 +100,18 @@ LemkeEnd Lemke::FollowFrom(Index row, double zero, Basis& basis) {
   Index entering = kArtificial;
   while (pivots_ < max_pivots) {
     LookForStop();
-    const Index leaving = basic_[row];
-    Pivot(row, column_[entering]);
+    const Index leaving = tableau_.basic(row);
+    tableau_.Pivot(row, tableau_.column_of(entering));
     ++pivots_;
     if (leaving == kArtificial) {
       for (Index i = 0; i < n_; ++i) {
-        if (basic_[i] >= n_) basis[basic_[i] - n_] = 1;
+        if (tableau_.basic(i) >= n_) basis[tableau_.basic(i) - n_] = 1;
       }
       return LemkeEnd::kBasis;
     }
     entering = leaving < n_ ? leaving + n_ : leaving - n_;
-    row = RatioTest(column_[entering], zero);
-    if (row == kNone) {
+    row = tableau_.RatioTest(tableau_.column_of(entering), zero, rule_, kArtificial);
+    if (row == PivotTableau::kNone) {
       RecordRay(entering);
       return LemkeEnd::kRay;
     }
@@ -135,74 +119,12 @@ LemkeEnd Lemke::FollowFrom(Index row, double zero, Basis& basis) {
   return LemkeEnd::kPivotLimit;
 }
 
-Index Lemke::RatioTest(Index entering_column, double zero) {
-  const auto column = tableau_.col(entering_column);
-  const auto values = tableau_.col(right());
-  const double smallest_pivot = zero * column.cwiseAbs().maxCoeff();
-  double step = std::numeric_limits<double>::infinity();
-  for (Index i = 0; i < n_; ++i) {
-    if (column[i] > smallest_pivot) step = std::min(step, values[i] / column[i]);
-  }
-  if (!std::isfinite(step)) return kNone;
-  // Rows whose basic variable would fall to zero, to rounding.
-  const double tie = kLcpTolerance * values.cwiseAbs().maxCoeff();
-  ties_.clear();
-  for (Index i = 0; i < n_; ++i) {
-    if (column[i] <= smallest_pivot || values[i] - step * column[i] > tie) continue;
-    if (basic_[i] == 2 * n_) return i;  // z₀ reaches zero: done
-    ties_.push_back(i);
-  }
-  if (rule_ != LemkeTies::kLexicographic) {
-    const auto pair = [this](Index row) { return basic_[row] % n_; };
-    const auto [first, last] =
-        std::minmax_element(ties_.begin(), ties_.end(), [&](Index a, Index b) { return pair(a) < pair(b); });
-    return rule_ == LemkeTies::kFirst ? *first : *last;
-  }
-  BreakTie(entering_column);
-  return *std::max_element(ties_.begin(), ties_.end(), [&](Index a, Index b) { return column[a] < column[b]; });
-}
-
-// Keeps those rows of ties_ whose row of the inverse, divided by the entry in the entering column, is
-// lexicographically least. In exact arithmetic that is one row. The inverse stands in the columns of the variables that
-// were basic first, w without a guess.
-void Lemke::BreakTie(Index entering_column) {
-  for (Index k = 0; k < n_ && ties_.size() > 1; ++k) {
-    const Index first = first_[k];
-    const auto ratio = [&](Index i) {
-      const double of_first = column_[first] == kNone ? (basic_[i] == first ? 1 : 0) : tableau_(i, column_[first]);
-      return of_first / tableau_(i, entering_column);
-    };
-    double least = std::numeric_limits<double>::infinity();
-    for (const Index i : ties_) least = std::min(least, ratio(i));
-    const double limit = least + kWorkingPrecision * (1 + std::abs(least));
-    std::erase_if(ties_, [&](Index i) { return ratio(i) > limit; });
-  }
-}
-
-// The column then is that of the variable that was basic.
-void Lemke::Pivot(Index row, Index column) {
-  RunWide([rows = n_, cols = tableau_.cols(), row, column, all = tableau_.data()]() DLCS_WIDE {
-    double* __restrict pivots = all + row * cols;
-    const double pivot = pivots[column];
-    pivots[column] = 1;
-    for (Index j = 0; j < cols; ++j) pivots[j] /= pivot;
-    for (Index i = 0; i < rows; ++i) {
-      double* __restrict other = all + i * cols;
-      const double factor = other[column];
-      if (i == row || factor == 0) continue;
-      other[column] = 0;
-      for (Index j = 0; j < cols; ++j) other[j] -= factor * pivots[j];
-    }
-  });
-  column_[nonbasic_[column]] = kNone;
-  column_[basic_[row]] = column;
-  std::swap(basic_[row], nonbasic_[column]);
-}
-
 void Lemke::RecordRay(Index entering) {
   ray_.setZero();
   for (Index i = 0; i < n_; ++i) {
-    if (basic_[i] >= n_ && basic_[i] < 2 * n_) ray_[basic_[i] - n_] = std::max(0.0, -tableau_(i, column_[entering]));
+    const Index variable = tableau_.basic(i);
+    if (variable < n_ || variable == 2 * n_) continue;
+    ray_[variable - n_] = std::max(0.0, -tableau_.entry(i, tableau_.column_of(entering)));
   }
   if (entering >= n_) ray_[entering - n_] = 1;
 }

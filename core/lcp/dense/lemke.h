@@ -4,17 +4,13 @@
 #ifndef DLCS_CORE_LCP_DENSE_LEMKE_H_
 #define DLCS_CORE_LCP_DENSE_LEMKE_H_
 
-#include <vector>
-
 #include "core/lcp/basis/lcp_solver.h"
 #include "core/lcp/basis/scaled_lcp.h"
+#include "core/lcp/dense/pivot_tableau.h"
 
 namespace dlcs {
 
 enum class LemkeEnd { kBasis, kRay, kPivotLimit };
-
-// Which of several variables that fall to zero together leaves the basis.
-enum class LemkeTies { kLexicographic, kFirst, kLast };
 
 // Follows the path of w - M y - e z₀ = q from z₀ = ∞ with a dense tableau of the nonbasic columns; ties in the ratio
 // test are broken lexicographically, so it cannot cycle. Finds a solution wherever there is one if M is a P-matrix,
@@ -48,27 +44,13 @@ class Lemke {
   Index pivots() const { return pivots_; }  // of the last Run()
 
  private:
-  static constexpr Index kNone = -1;
-  static constexpr Index kAlign = 8;  // rows are filled up with zeros to as many
-
-  Index right() const { return n_ + 1; }  // the column of the right-hand side
-
   void Load(const ScaledLcp& lcp);
   bool Enter(const Basis& basis, double zero);
   LemkeEnd FollowFrom(Index row, double zero, Basis& basis);
-  Index RatioTest(Index entering_column, double zero);
-  void BreakTie(Index entering_column);
-  void Pivot(Index row, Index column);
   void RecordRay(Index entering);
 
   Index n_;
-  // Variables are w (n), y (n) and z₀. Columns: those that are not basic (n + 1), and the right-hand side.
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> tableau_;
-  std::vector<Index> basic_;     // the variable that is basic in a row
-  std::vector<Index> first_;     // the variable that was, at the start of the path
-  std::vector<Index> nonbasic_;  // the variable of a column
-  std::vector<Index> column_;    // of a variable, or kNone
-  std::vector<Index> ties_;
+  PivotTableau tableau_;  // variables are w (n), y (n) and z₀
   Vector ray_;
   LemkeTies rule_ = LemkeTies::kLexicographic;
   Index pivots_ = 0;

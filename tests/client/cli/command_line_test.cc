@@ -6,10 +6,12 @@
 
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "client/netlist/netlist.h"
 #include "tests/support/paths.h"
 
 namespace dlcs::client {
@@ -202,6 +204,69 @@ TEST(CommandLineTest, TakesTheNodesFromTheLineOrFromAFile) {
   EXPECT_THAT(Refused({"solve", "p.json", "--grid", path.c_str()}), HasSubstr(path));
   EXPECT_THAT(Refused({"solve", "p.json", "--grid", "-1,2"}), HasSubstr("\"-1\" is not a time"));
   EXPECT_THAT(Refused({"solve", "p.json", "--grid", "1", "--steps", "3"}), HasSubstr("--grid"));
+}
+
+TEST(CommandLineTest, NumbersMayHaveTheSuffixesOfSpice) {
+  const auto times = [](const char* text) {
+    const SolveCommand command = Solve({"--at", text});
+    const auto& found = command.options.output_times();
+    return std::vector<double>(found.begin(), found.end());
+  };
+  EXPECT_EQ(times("1m,20u,1n,2p,3f,0.1u"), (std::vector<double>{3e-15, 2e-12, 1e-9, 0.1e-6, 20e-6, 1e-3}));
+  EXPECT_EQ(times("10k,1meg,2MEG,3g,4T,1e-3K"), (std::vector<double>{1, 1e4, 1e6, 2e6, 3e9, 4e12}));
+  EXPECT_EQ(times("1\u00b5"), std::vector<double>{1e-6});
+  EXPECT_EQ(times("0:1m:20m"), times("0:0.001:0.02"));
+  EXPECT_EQ(times("0:20m:20m").back(), 0.02);
+  EXPECT_EQ(Solve({"--step", "20u"}).options.step(), 20e-6);
+  EXPECT_EQ(Solve({"--periodic", "10u"}).options.period(), 10e-6);
+  EXPECT_EQ(Solve({"--tolerance", "1u"}).options.error_tolerance(), 1e-6);
+  EXPECT_THAT(Solve({"--grid", "1m,20m"}).options.grid_times().times(), ElementsAre(0.001, 0.02));
+  EXPECT_THAT(Solve({"--grid", "1m"}).options.grid_times().times(), ElementsAre(0.001));
+}
+
+TEST(CommandLineTest, SaysWhichSuffixesThereAre) {
+  const auto refused = [](const char* option, const char* text) { return Refused({"solve", "p.json", option, text}); };
+  EXPECT_THAT(refused("--at", "1x"),
+              HasSubstr("\"1x\" is not a time: a number of at least 0; suffixes are t, g, meg, "));
+  EXPECT_THAT(refused("--at", "1ms"),
+              HasSubstr("\"1ms\" is not a time: a number of at least 0; write 1m, without a unit"));
+  EXPECT_THAT(refused("--at", "5s"), HasSubstr("; write 5, without a unit"));
+  EXPECT_THAT(refused("--step", "1M"), HasSubstr("; M is milli in SPICE and mega elsewhere: write 1m or 1meg"));
+  EXPECT_THAT(refused("--step", "-1m"), HasSubstr("\"-1m\" is not a number above 0\n"));
+  EXPECT_THAT(refused("--step", "4k7"), HasSubstr("\"4k7\" is not a number above 0\n"));
+  EXPECT_THAT(refused("--step", "m"), HasSubstr("\"m\" is not a number above 0\n"));
+  EXPECT_THAT(refused("--step", "1e400k"), HasSubstr("\"1e400k\" is not a number above 0\n"));
+  EXPECT_THAT(refused("--at", "0:1m"), HasSubstr("\"\" is not the end of a range"));
+  // Whole numbers have none, and neither have seconds that people wait: 5m are minutes to most.
+  EXPECT_THAT(refused("--steps", "10k"), HasSubstr("\"10k\" is not "));
+  EXPECT_THAT(refused("--deadline", "5m"), HasSubstr("\"5m\" is not a number of seconds above 0\n"));
+  EXPECT_THAT(Refused({"get", "1", "--patience", "5m"}), HasSubstr("\"5m\" is not a number of at least 0\n"));
+  EXPECT_THAT(Refused({"submit", "p.json", "--priority", "0.5"}), HasSubstr("\"0.5\" is not a whole number"));
+}
+
+// Each element and command that decks may hold stands in the help of netlist, and nothing else does.
+TEST(CommandLineTest, HelpOfNetlistNamesWhatDecksMayHold) {
+  const std::string help = Parse({"netlist", "--help"}).out;
+  const std::string reads =
+      help.substr(help.find("Reads R, L"), help.find("What is not supported") - help.find("Reads R, L"));
+  for (char letter = 'A'; letter <= 'Z'; ++letter) {
+    const std::string deck = std::string("title\n") + letter + "1 a 0 1\n.tran 1u 1m\n.end\n";
+    const auto netlist = ReadNetlist(deck, "d.cir", "", {});
+    const std::string message(netlist.status().message());
+    const auto has = [&message](const char* part) { return message.find(part) != std::string::npos; };
+    const bool is_known = !has("is not known") && !has("not supported") && !has("only MOSFETs (M) are read");
+    const bool is_named = std::regex_search(reads, std::regex(std::string("\\b") + letter + "\\b"));
+    EXPECT_EQ(is_known, is_named) << letter << ": " << message;
+  }
+  for (const char* command :
+       {".param a=1", ".func f(x) {x}", ".model m d", ".subckt s a\n.ends", ".global a", ".include x", ".lib x",
+        ".ic v(a)=0", ".print v(a)", ".plot v(a)", ".probe v(a)", ".save v(a)", ".meas tran x avg v(a)"}) {
+    const std::string word = std::string(command).substr(0, std::string(command).find(' '));
+    EXPECT_THAT(reads, HasSubstr(word));
+    const auto netlist =
+        ReadNetlist("title\nR1 a 0 1\nC1 a 0 1\n.tran 1u 1m\n" + std::string(command) + "\n", "d", "", {});
+    EXPECT_THAT(std::string(netlist.status().message()), Not(HasSubstr("not supported"))) << command;
+  }
 }
 
 TEST(CommandLineTest, TakesStandardInput) {

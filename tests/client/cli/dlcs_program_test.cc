@@ -33,6 +33,24 @@ TEST(DlcsProgramTest, PrintsTheResultOnStandardOutputAndTheRestOnStandardError) 
   EXPECT_THAT(outcome.err, Not(HasSubstr("\x1b")));
 }
 
+// The example of `dlcs netlist --help`, word by word.
+TEST(DlcsProgramTest, RunsTheExampleInTheHelpOfNetlist) {
+  const std::string help = RunDlcs("netlist --help").out;
+  const std::string begin = "dlcs netlist rectifier.cir ";
+  const std::size_t at = help.find(begin), bar = help.find("| dlcs ", at), end = help.find('\n', at);
+  ASSERT_NE(at, std::string::npos) << help;
+  ASSERT_LT(bar, end) << help;
+  const std::string deck = dlcs::testing::ProjectPath("deploy/examples/circuits/half-wave.cir");
+  const std::string first = "netlist '" + deck + "' " + help.substr(at + begin.size(), bar - at - begin.size());
+  const std::string second = help.substr(bar + 7, end - bar - 7);
+  const ProgramOutcome problem = RunDlcs(first);
+  ASSERT_EQ(problem.code, 0) << problem.err;
+  const ProgramOutcome outcome = RunDlcs(second + " --format csv", "printf %s '" + problem.out + "' | ");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1 + 21);
+  EXPECT_THAT(outcome.out, HasSubstr("\n0.02,"));
+}
+
 TEST(DlcsProgramTest, TabulatesElevenEvenTimes) {
   const ProgramOutcome outcome = SolveText(kEasyProblem, "--quiet --steps 40");
   EXPECT_EQ(outcome.code, 0) << outcome.err;

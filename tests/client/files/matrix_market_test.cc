@@ -80,6 +80,23 @@ TEST(MatrixMarketTest, ReadsSomeOfTheLinesOfAFile) {
   EXPECT_THAT(std::string(split.status().message()), HasSubstr("line 700: each entry must have a line of its own"));
 }
 
+TEST(MatrixMarketTest, SkipsAByteOrderMark) {
+  const std::string file = "\xef\xbb\xbf%%MatrixMarket matrix coordinate real general\n1 1 1\n1 1 4\n";
+  EXPECT_THAT(Parsed(file).sparse().values(), ElementsAre(4));
+  const auto head = ParseMarketHead(file, "a.mtx");
+  ASSERT_TRUE(head.ok()) << head.status();
+  EXPECT_EQ(file.substr(head->bytes), "\n1 1 4\n");
+}
+
+TEST(MatrixMarketTest, ReadsTheExponentsOfFortran) {
+  const std::string file = "%%MatrixMarket matrix array real general\n4 1\n";
+  EXPECT_THAT(Parsed(file + "-1.0D0\n2.5d+01\n+1D-2\n1.5E2\n").dense().values(), ElementsAre(-1, 25, 0.01, 150));
+  for (const char* value : {"1D", "1D+", "1DD2", "D2", "1D400", "1D2x"}) {
+    const auto matrix = ParseMatrixMarket(file + value + "\n1\n1\n1\n", "a.mtx");
+    EXPECT_THAT(std::string(matrix.status().message()), HasSubstr("a.mtx, line 3: \"" + std::string(value) + "\""));
+  }
+}
+
 TEST(MatrixMarketTest, NamesTheLineAndWhatIsWrong) {
   const std::string coordinate = "%%MatrixMarket matrix coordinate real general\n";
   const std::vector<std::pair<std::string, std::string>> cases = {

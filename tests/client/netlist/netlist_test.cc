@@ -17,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "client/netlist/deck_lines.h"
 #include "tests/client/cli/program.h"
 #include "tests/client/netlist/deck_file.h"
 #include "tests/support/paths.h"
@@ -45,6 +46,31 @@ std::string Refused(const std::string& lines) {
 
 double Last(const nlohmann::json& result, const std::string& output) {
   return result["outputs"][output].back().get<double>();
+}
+
+// KiCad calls a net that nobody named after a pin of it, Net-(C1-+). It is read wherever a node may stand, and a
+// parenthesis behind a minus sign still opens an expression.
+TEST(NetlistTest, TakesNetsOfKiCadWithParentheses) {
+  const auto values = [](const std::string& n) {
+    const auto result =
+        Solved("V1 /in 0 10\nR1 /in " + n + " 1k\nC1 " + n + " 0 1u\n.ic V(" + n + ")=2\n" + "B1 b 0 V=3-(V(" + n +
+                   ")-V(/in,+5V))\nR2 b 0 1k\nE1 e 0 " + n + " 0 0.5\nR3 e 0 1k\n" +
+                   "V2 +5V 0 5\n.subckt half a b\nR1 a b 1k\n.ends\nX1 e " + n + " half\n" + ".tran 1u 2m\n.print V(" +
+                   n + ") V(" + n + ",/in) V(b) V(e) V(+5V)\n" + ".meas tran mean AVG V(" + n + ") FROM=0 TO=1m\n",
+               "--tolerance 1e-10 --at 0.5m,2m");
+    std::map<std::string, std::vector<double>> outputs;
+    for (const auto& [name, numbers] : result["outputs"].items()) {
+      const std::size_t at = Lower(name).find(Lower(n));
+      outputs[at == std::string::npos ? name : Lower(name).replace(at, n.size(), "<net>")] =
+          numbers.get<std::vector<double>>();
+    }
+    return outputs;
+  };
+  const auto plain = values("Net_C1");
+  EXPECT_EQ(plain.size(), 5u);
+  for (const char* net : {"Net-(C1-+)", "Net-(U1-Pad3)", "unconnected-(U1-Pad5)", "/amp/Net-(R1-Pad1)_2"}) {
+    EXPECT_EQ(values(net), plain) << net;
+  }
 }
 
 TEST(NetlistTest, AResistorAndACapacitorChargeExponentially) {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "core/linalg/norms.h"
 #include "tests/support/lcp_linear_program.h"
@@ -31,6 +32,18 @@ void ExpectSolved(const Matrix& M, const Vector& q, const absl::StatusOr<LcpResu
   EXPECT_LE(LcpResidual(M, q, result->y), 1e-10 * size);
   EXPECT_EQ(result->residual, LcpResidual(M, q, result->y));
   EXPECT_LE((result->w - q - M * result->y).lpNorm<Eigen::Infinity>(), 1e-13 * size);
+}
+
+TEST(SolveLcpTest, SaysThatYOrATermIsTooLarge) {
+  // y = 1e309; and y = 1 with two terms of size 1.5e308, whose sizes are summed.
+  for (const auto& [M, q] : {std::pair(Matrix{{1e-308}}, Vector::Constant(1, -10).eval()),
+                             std::pair(Matrix{{1.5e308, 0}, {0, 1}}, Vector{{-1.5e308, -1.0}})}) {
+    const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->verdict, LcpStatus::kSingular);
+    EXPECT_EQ(result->y, Vector::Zero(q.size()));
+    EXPECT_THAT(result->message, HasSubstr("beyond the largest number, 1.8e308; choose other units"));
+  }
 }
 
 TEST(SolveLcpTest, NamesTheEntryThatBreaksARule) {
@@ -184,9 +197,14 @@ TEST(SolveLcpTest, FindsASolutionWhoseActiveBlockIsSingular) {
 }
 
 TEST(SolveLcpTest, SaysThatNothingIsComplementaryAlthoughSomethingIsFeasible) {
-  // w₁ = -1 + y₂ and w₂ = 1 - y₁ + ... : feasible y exist (0, 2), but w₂ > 0 forces y₂ = 0 and then w₁ < 0.
-  const Matrix M{{0, 1}, {0, 0}};
-  const absl::StatusOr<LcpResult> result = SolveLcp(M, Vector{{-1.0, 1.0}}, SolutionRule::kAuto);
+  // y = (0, 2) is feasible in both. w₁ = -1 + y₂, w₂ = 1: w₂ > 0 forces y₂ = 0, and then w₁ < 0.
+  const absl::StatusOr<LcpResult> by_signs = SolveLcp(Matrix{{0, 1}, {0, 0}}, Vector{{-1.0, 1.0}}, SolutionRule::kAuto);
+  ASSERT_TRUE(by_signs.ok());
+  EXPECT_EQ(by_signs->verdict, LcpStatus::kInfeasible) << by_signs->message;
+  EXPECT_EQ(by_signs->method, "signs of q and M");
+  // w₁ = -1 - 2 y₁ + y₂, w₂ = -2 y₁ + 2 y₂ - 1: y = (0, 1/2) has w₁ < 0, and the other three bases a negative y or w.
+  const absl::StatusOr<LcpResult> result =
+      SolveLcp(Matrix{{-2, 1}, {-2, 2}}, Vector{{-1.0, -1.0}}, SolutionRule::kAuto);
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->verdict, LcpStatus::kInfeasible) << result->message;
   EXPECT_EQ(result->method, "enumeration");

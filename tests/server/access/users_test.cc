@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,14 @@ TEST(UsersTest, RefusesALineWithItsNumberAndTheRuleButNotItsWords) {
   EXPECT_THAT(std::string(Users::Read("/nowhere/users.txt").status().message()),
               AllOf(HasSubstr("/nowhere/users.txt"), HasSubstr("No such file")));
   EXPECT_THAT(std::string(Users::Read("/dev/zero").status().message()), HasSubstr("more than 1000000 bytes"));
+}
+
+TEST(UsersTest, ReadsAFileWithAByteOrderMark) {
+  const std::string path = ::testing::TempDir() + "users-with-mark.txt";
+  std::ofstream(path) << "\xef\xbb\xbf" << Line("alice", "submitter", "first");
+  const absl::StatusOr<Users> users = Users::Read(path);
+  ASSERT_TRUE(users.ok()) << users.status();
+  EXPECT_NE(users->WithToken("first"), nullptr);
 }
 
 TEST(TokenTest, TokensAreOfTheirKindAndDiffer) {

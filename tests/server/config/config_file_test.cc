@@ -42,6 +42,13 @@ TEST(ConfigFileTest, ReadsKeysValuesCommentsAndQuotes) {
   }
 }
 
+TEST(ConfigFileTest, SkipsAByteOrderMark) {
+  const auto settings = Read("\xef\xbb\xbfthreads = 2\r\n");
+  ASSERT_TRUE(settings.ok()) << settings.status();
+  ASSERT_EQ(settings->size(), 1u);
+  EXPECT_EQ(settings->front().key, "threads");
+}
+
 TEST(ConfigFileTest, NamesTheLineAndTheRule) {
   struct Case {
     std::string text, words;
