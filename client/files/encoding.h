@@ -28,7 +28,7 @@ std::string ExplainWideEncoding(std::string_view bytes);
 
 // The text for which the bytes of a file stand: without the byte order mark of UTF-8, or converted from UTF-16 where
 // the mark of that begins it; with '\n' for each '\r' where the file has no '\n', as old Macs write it. Broken UTF-16,
-// and all else, stays as it is.
+// bytes with a zero, as files of arrays have them, and all else stay as they are.
 std::string TextOf(std::string bytes);
 
 }  // namespace dlcs::client

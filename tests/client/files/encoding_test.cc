@@ -17,6 +17,7 @@ using ::testing::HasSubstr;
 constexpr const char* kLetters = "a\u00b5\u20ac\U0001d11e\n";
 
 TEST(EncodingTest, TakesOffAMarkAndConvertsUtf16) {
+  EXPECT_EQ(TextOf("MATLAB\0\x01\r"s), "MATLAB\0\x01\r"s);
   EXPECT_EQ(TextOf(kLetters), kLetters);
   EXPECT_EQ(TextOf("\xef\xbb\xbf"s + kLetters), kLetters);
   EXPECT_EQ(TextOf("\xff\xfe"
