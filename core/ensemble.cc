@@ -11,7 +11,7 @@
 #include "core/parallel/parallel.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem/problem_checks.h"
-#include "core/problem/source_periods.h"
+#include "core/problem/validate.h"
 #include "core/problem/violation_list.h"
 #include "core/solve.h"
 
@@ -22,13 +22,6 @@ namespace {
 constexpr Index kOwnCacheBytes = 1'000'000'000;
 
 std::string NameOf(Index member) { return "members[" + std::to_string(member) + "]"; }
-
-std::vector<Violation> AllViolations(const Problem& problem, const Options& options) {
-  std::vector<Violation> violations = Validate(problem);
-  for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
-  if (violations.empty()) violations = CheckPeriod(problem, options);
-  return violations;
-}
 
 // Whether a violation concerns data of the member itself, and not of the base.
 bool IsOwn(const EnsembleMember& member, const std::string& field) {
@@ -42,7 +35,7 @@ bool IsOwn(const EnsembleMember& member, const std::string& field) {
 // base, nothing else is checked again: an ensemble may have a hundred thousand members.
 std::vector<Violation> MemberViolations(const Problem& base, const EnsembleMember& member, const Options& options) {
   const bool has_own_times = member.f || member.g || member.h || member.horizon || member.break_points;
-  if (has_own_times) return AllViolations(MemberProblem(base, member), options);
+  if (has_own_times) return Validate(MemberProblem(base, member), options);
   ViolationList list;
   if (member.x0) CheckInitialState(*member.x0, base.num_states(), list);
   return std::move(list).Take();
@@ -92,7 +85,7 @@ Problem MemberProblem(const Problem& base, const EnsembleMember& member) {
 
 std::vector<Violation> Validate(const Problem& base, const std::vector<EnsembleMember>& members,
                                 const Options& options) {
-  std::vector<Violation> violations = AllViolations(base, options);
+  std::vector<Violation> violations = Validate(base, options);
   if (members.empty()) violations.push_back({"members", "empty; an ensemble has at least one"});
   std::set<std::string> said;  // fields of the base; not reported again for each member
   for (const Violation& violation : violations) said.insert(violation.field);

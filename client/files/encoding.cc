@@ -142,7 +142,8 @@ std::string TextOf(std::string bytes) {
     bytes.erase(0, bytes.size() - WithoutByteOrderMark(bytes).size());
     text = std::move(bytes);
   }
-  if (text.find_first_of(std::string_view("\n\0", 2)) == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
+  if (text.find_first_of(std::string_view("\n\0", 2)) == std::string::npos)
+    std::replace(text.begin(), text.end(), '\r', '\n');
   return text;
 }
 

@@ -8,7 +8,6 @@
 #include "core/format_number.h"
 #include "core/problem/formula_switching.h"
 #include "core/problem/mass_factor.h"
-#include "core/problem/number_range.h"
 #include "core/problem/problem_checks.h"
 #include "core/problem/violation_list.h"
 
@@ -186,7 +185,6 @@ std::vector<Violation> Validate(const Problem& problem) {
       CheckValues(*source.function, source.size, axis, samples, source.field, list);
     }
   }
-  if (list.empty()) CheckNumberRange(problem, list);
   return std::move(list).Take();
 }
 

@@ -50,7 +50,7 @@ struct Problem {
 // formulas that do not parse, a singular E, outputs and measurements (core/problem/outputs.h). If all this is right, it
 // also checks for formulas with a pole or without a finite value in [0, T], for more than kMaxSwitchingTimes switching
 // times, and for components of f, g and h without a finite value at one of 257 equidistant times or on one side of a
-// break point (naming the first such time), and for products of the data that overflow (core/problem/number_range.h).
+// break point (naming the first such time).
 //
 // Fields are named A B N M f g x0 T break_points selector.C selector.b E, with [row][column] or [component],
 // those inside f and g as core/problem/time_function.h says. At most 200 are listed; one more entry counts the rest.

@@ -4,16 +4,26 @@
 #include <utility>
 #include <vector>
 
+#include "core/problem/number_range.h"
 #include "core/problem/source_periods.h"
 #include "core/problem/violation_list.h"
 
 namespace dlcs {
 
-absl::Status CheckValid(const Problem& problem, const Options& options) {
+std::vector<Violation> Validate(const Problem& problem, const Options& options) {
   std::vector<Violation> violations = Validate(problem);
+  if (violations.empty()) {
+    ViolationList of_range;
+    CheckNumberRange(problem, of_range);
+    violations = std::move(of_range).Take();
+  }
   for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
   if (violations.empty()) violations = CheckPeriod(problem, options);
-  return StatusOf(violations);
+  return violations;
+}
+
+absl::Status CheckValid(const Problem& problem, const Options& options) {
+  return StatusOf(Validate(problem, options));
 }
 
 }  // namespace dlcs

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/problem/validate.h"
 #include "core/problem/verdict.h"
 #include "core/solve.h"
 
@@ -35,7 +36,7 @@ Problem SmallProblem() {
 
 // The first violation as one line.
 std::string FirstOf(const Problem& problem) {
-  const std::vector<Violation> violations = Validate(problem);
+  const std::vector<Violation> violations = Validate(problem, Options());
   return violations.empty() ? "" : violations.front().field + ": " + violations.front().description;
 }
 
@@ -103,7 +104,7 @@ TEST(NumberRangeTest, FindsTheEntriesOfSparseMatrices) {
   problem.N = N;
   problem.f = TimeFunction::Zero(m);
   problem.x0 = Vector::Ones(m);
-  EXPECT_THAT(Validate(problem), IsEmpty());  // entries that do not meet
+  EXPECT_THAT(Validate(problem, Options()), IsEmpty());  // entries that do not meet
   B.insert(3, 0) = -1e10;
   problem.B = B;
   EXPECT_THAT(FirstOf(problem), HasSubstr("N[0][3]: 1e+300; times B[3][0] = -1e+10, in N B, it is beyond"));
@@ -120,7 +121,7 @@ TEST(NumberRangeTest, OtherUnitsAreSolvedAsBefore) {
     problem.B = Matrix{{unit}};
     problem.N = Matrix{{1 / unit}};
     problem.x0 = Vector{{unit}};
-    ASSERT_THAT(Validate(problem), IsEmpty());
+    ASSERT_THAT(Validate(problem, Options()), IsEmpty());
     const absl::StatusOr<Solution> solution = SolveAny(problem, {});
     ASSERT_TRUE(solution.ok()) << solution.status();
     ASSERT_EQ(solution->termination, Termination::kReachedEnd) << solution->message;
