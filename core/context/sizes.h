@@ -9,7 +9,7 @@
 //     known        truncation + rounding <= tolerance · own;
 //     given        truncation + rounding <= a;
 //     negligible   truncation <= rounding, own <= tolerance · R and rounding <= tolerance · R, where no a is given;
-//     zero         own <= rounding, truncation <= rounding and rounding <= tolerance · R.
+//     zero         own <= 2 rounding, truncation <= rounding and rounding <= tolerance · R.
 //
 // So truncation is held to the component's own size, and only rounding is looked at beside others. A component without
 // R has R = own.
@@ -18,7 +18,7 @@
 // block let G_ij = |Ã_ij| / (|Ã_ii| + 1/T), and d > 0 such that row and column sums of diag(1/d) G diag(d) agree, off
 // the diagonal. Then R_c = d_c max_k own_k / d_k, over the block: states that act back on each other have sizes that
 // can be compared in the units d, whatever their own units. A state that only feeds or only receives has R = own. Where
-// every state of a block is rounding (own_k <= rounding_k), own_k is replaced by what enters,
+// every state of a block is rounding (own_k <= 2 rounding_k), own_k is replaced by what enters,
 //
 //     (Σ_{j outside} |Ã_kj| R_j + β_k) / (1/T + Σ_{j inside} |Ã_kj| d_j / d_k),    β: the terms of b.
 //

@@ -51,13 +51,11 @@ Index ColumnAt(const Solution& solution, double time) {
   return found != solution.times.end() && *found == time ? found - solution.times.begin() : -1;
 }
 
-// How far a component that the engine names as zero or negligible may be off, relative to the tolerance: a zero is
-// right to its rounding, a negligible component to twice that.
+// How far a component that the engine names as zero or negligible may be off: twice its rounding.
 std::optional<double> AllowedOf(const Solution& solution, const Component& component) {
   for (const NamedComponent& named : solution.accuracy.named) {
     if (named.component != component) continue;
-    if (named.knowledge == Knowledge::kZero) return named.rounding;
-    if (named.knowledge == Knowledge::kNegligible) return 2 * named.rounding;
+    if (named.knowledge != Knowledge::kMissed) return 2 * named.rounding;
   }
   return std::nullopt;
 }
