@@ -7,6 +7,7 @@
 
 #include "core/linalg/norms.h"
 #include "core/linalg/strong_components.h"
+#include "core/problem/verdict.h"
 
 namespace dlcs {
 namespace {
@@ -54,6 +55,19 @@ void Raise(double size, const std::optional<Component>& beside, Index at, SizesB
   sizes.size[at] = size;
   sizes.beside[static_cast<std::size_t>(at)] = beside;
 }
+
+// The terms of a sum by their sizes, and what is behind the largest of them; sources are behind it at first.
+struct SumOfSizes {
+  double sum, most;
+  std::optional<Component> beside = {};
+
+  explicit SumOfSizes(double sources) : sum(sources), most(sources) {}
+  void Add(double size, const std::optional<Component>& of) {
+    sum += size;
+    if (size > most) beside = of;
+    most = std::max(most, size);
+  }
+};
 
 // Rounding is estimated by samples of its signs: of 915 small components the error was at most 1.5 times the largest
 // sample.
@@ -104,23 +118,19 @@ SizesBeside StatesBeside(const RowMajorMatrix& dynamics, const Vector& sources, 
       double size = states.own[state];
       std::optional<Component> decides = Component{ComponentKind::kState, state};
       if (is_rounding) {
-        double enters = sources[state], leaves = 1 / horizon, most = sources[state];
-        decides.reset();
+        SumOfSizes enters(sources[state]);
+        double leaves = 1 / horizon;
         for (RowMajorMatrix::InnerIterator entry(rates, state); entry; ++entry) {
           const Index at = place[static_cast<std::size_t>(entry.col())];
           if (at >= 0) {
             leaves += entry.value() * std::exp(log_d[at] - log_d[static_cast<Index>(k)]);
-            continue;
+          } else {
+            enters.Add(entry.value() * sizes.size[entry.col()], sizes.beside[static_cast<std::size_t>(entry.col())]);
           }
-          const double part = entry.value() * sizes.size[entry.col()];
-          enters += part;
-          if (part > most) decides = sizes.beside[static_cast<std::size_t>(entry.col())];
-          most = std::max(most, part);
         }
-        if (enters / leaves > size) {
-          size = enters / leaves;
-        } else {
-          decides = Component{ComponentKind::kState, state};
+        if (enters.sum / leaves > size) {
+          size = enters.sum / leaves;
+          decides = enters.beside;
         }
       }
       const double part = std::log(size) - log_d[static_cast<Index>(k)];
@@ -142,15 +152,11 @@ SizesBeside RowsBeside(const RowMajorMatrix& rows, const SizesBeside& states, Co
   const RowMajorMatrix terms = rows.cwiseAbs();
   SizesBeside sizes = OwnSizes(errors, kind);
   for (Index i = 0; i < errors.size(); ++i) {
-    double sum = IsRounding(errors, i) ? of_sources[i] : 0, most = sum;
-    std::optional<Component> beside;
+    SumOfSizes sum(IsRounding(errors, i) ? of_sources[i] : 0);
     for (RowMajorMatrix::InnerIterator entry(terms, i); entry; ++entry) {
-      const double part = entry.value() * states.size[entry.col()];
-      sum += part;
-      if (part > most) beside = states.beside[static_cast<std::size_t>(entry.col())];
-      most = std::max(most, part);
+      sum.Add(entry.value() * states.size[entry.col()], states.beside[static_cast<std::size_t>(entry.col())]);
     }
-    Raise(sum, beside, i, sizes);
+    Raise(sum.sum, sum.beside, i, sizes);
   }
   return sizes;
 }
@@ -171,9 +177,6 @@ Vector AbsoluteTolerances(const Options& options, ComponentKind kind, Index n) {
 }
 
 namespace {
-
-// With an error of more than half of a number, its first digit is not known.
-constexpr double kFirstDigit = 0.5;
 
 // The components of one kind.
 class Judge {

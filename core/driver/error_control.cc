@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/context/sizes.h"
 #include "core/discretization/graded_grid.h"
 #include "core/discretization/scheme.h"
 #include "core/discretization/sources.h"
@@ -155,8 +154,7 @@ Grid GradedForLayers(const Problem& problem, const Grid& grid) {
 }
 
 void Judge(const Task& task, Solution& solution) {
-  JudgeComponents(
-      task.options, [&] { return SizesBesideOf(task.problem, task.plan.selection, solution); }, solution.accuracy);
+  JudgeBesideModes(task.problem, task.plan.selection, task.options, solution);
 }
 
 // Steps as short as options.error_tolerance requires; the nodes of a given grid are output times only.

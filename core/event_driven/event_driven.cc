@@ -140,8 +140,7 @@ bool EventDriven(SolveContext& context) {
   solution.accuracy.tolerance = tolerance;
   solution.accuracy.tolerance_is_default = context.error_by_default || asked == 0;
   solution.accuracy.errors = record.errors;
-  JudgeComponents(
-      context.options, [&] { return SizesBesideOf(context.problem, context.selection, solution); }, solution.accuracy);
+  JudgeBesideModes(context.problem, context.selection, context.options, solution);
   if (record.coupled_steps > 0) solution.warnings.push_back(DescribeCoupledSteps(record));
   return reached;
 }

@@ -212,6 +212,24 @@ bool EventDrivenLoop::TryAgainFromBelow() {
   return true;
 }
 
+// Takes a step from `begin` to `end` in place of one before it. Returns whether it is accurate.
+bool EventDrivenLoop::TakeOneMore(const Mode& mode, const Vector& start, double begin, double end,
+                                  const EventGap* gap) {
+  sampler_.Sample(begin, end, sources_);
+  if (!sources_.finite) return false;
+  step_ = TakeSmoothStep(search_.StepperOf(mode, sources_.length), start, sources_, magnitudes_, tolerance_,
+                         ShareOfTolerance(sources_.length, problem_.horizon), gap);
+  ++record_.rejected_steps;
+  return step_.error_ratio <= 1;
+}
+
+// The time from the end of the step to the zero that a guard has near there.
+double EventDrivenLoop::DelayAtEnd(Index guard) const {
+  const auto series = step_.guard.values.row(guard);
+  const LegendreVector at_end = LegendreValues(1);
+  return -sources_.length / 2 * series.dot(at_end) / series.dot(LegendreSlopes(at_end));
+}
+
 // Locates the last event once more, by steps that end there: at its end a step is far more accurate than inside. A fast
 // state or a small M_ii may show the difference to the next mode. What is recorded of the step remains.
 bool EventDrivenLoop::RefineEvent() {
@@ -222,17 +240,9 @@ bool EventDrivenLoop::RefineEvent() {
   if (!mode) return false;
   double end = t_;
   for (int correction = 0; correction <= kCorrections; ++correction) {
-    const double length = end - event.begin;
-    sampler_.Sample(event.begin, end, sources_);
-    if (!sources_.finite) return false;
-    step_ = TakeSmoothStep(search_.StepperOf(*mode, length), event.x, sources_, magnitudes_, tolerance_,
-                           ShareOfTolerance(length, problem_.horizon), nullptr);
-    ++record_.rejected_steps;
-    if (!(step_.error_ratio <= 1)) return false;
-    const auto guard = step_.guard.values.row(event.guard);
-    const LegendreVector at_end = LegendreValues(1);
-    const double delay = -length / 2 * guard.dot(at_end) / guard.dot(LegendreSlopes(at_end));
-    if (!(std::abs(delay) <= kMaxDelay * length)) return false;
+    if (!TakeOneMore(*mode, event.x, event.begin, end, nullptr)) return false;
+    const double delay = DelayAtEnd(event.guard);
+    if (!(std::abs(delay) <= kMaxDelay * sources_.length)) return false;
     if (correction < kCorrections) end = std::min(end + delay, event.limit);
   }
   const LegendreVector at_end = LegendreValues(1);
@@ -320,23 +330,19 @@ bool EventDrivenLoop::IsKnownWellEnough(const ModeEnd& mode_end, double lasted) 
 // nothing if that step is not accurate or has the event elsewhere.
 void EventDrivenLoop::RetakeUpTo(double length, ModeEnd& mode_end) {
   constexpr double kNearEnd = 0.5;  // farther off the two steps do not agree
-  const auto speed = [&](double s) {
-    return 2 / sources_.length * step_.guard.values.row(mode_end.guard).dot(LegendreSlopes(LegendreValues(s)));
-  };
-  const double beyond = 2 * step_.guard.tail[mode_end.guard] / std::abs(speed(mode_end.s));
+  const LegendreVector slopes = LegendreSlopes(LegendreValues(mode_end.s));
+  const double speed = 2 / sources_.length * step_.guard.values.row(mode_end.guard).dot(slopes);
+  const double beyond = 2 * step_.guard.tail[mode_end.guard] / std::abs(speed);
   const double end = t_ + std::min(length + beyond, sources_.length);
   SmoothStep longer = std::move(step_);
   StepSources sources_of_longer = sources_;
-  sampler_.Sample(t_, end, sources_);
-  step_ = TakeSmoothStep(search_.StepperOf(*mode_, sources_.length), x_start_, sources_, magnitudes_, tolerance_,
-                         ShareOfTolerance(sources_.length, problem_.horizon), gap_ ? &*gap_ : nullptr);
-  ++record_.rejected_steps;
-  const double value = step_.guard.values.row(mode_end.guard).dot(LegendreValues(1));
-  const double s = std::min(1.0, 1 - 2 / sources_.length * value / speed(1));
-  const auto first = FindModeEnd(step_);
-  if (step_.error_ratio <= 1 && s > kNearEnd && (!first || first->guard == mode_end.guard)) {
-    mode_end.s = s;
-    return;
+  if (TakeOneMore(*mode_, x_start_, t_, end, gap_ ? &*gap_ : nullptr)) {
+    const double s = std::min(1.0, 1 + 2 / sources_.length * DelayAtEnd(mode_end.guard));
+    const auto first = FindModeEnd(step_);
+    if (s > kNearEnd && (!first || first->guard == mode_end.guard)) {
+      mode_end.s = s;
+      return;
+    }
   }
   step_ = std::move(longer);
   sources_ = std::move(sources_of_longer);
@@ -372,7 +378,6 @@ EventDrivenLoop::Progressed EventDrivenLoop::Repeat(double length) {
 
 // An event at t, the end of the last mode.
 EventDrivenLoop::Progressed EventDrivenLoop::EndMode(const ModeEnd& mode_end, double end) {
-  begin_error_ = event_error_;
   if (flow_) flow_->AddEvent(*mode_, step_, sources_, mode_end.s, mode_end.guard);
   gap_ = GapOf(step_, sources_);
   event_step_ = {mode_->active, sources_.begin, end, x_start_, mode_end.guard};
@@ -414,7 +419,8 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
     of->x += moved;
     of->slope += problem_.A.AbsTimes(moved);
   }
-  event_error_ = errors_.AddStep(step_, sources_, overlooked, s_end, guard);
+  const double event_error = errors_.AddStep(step_, sources_, overlooked, s_end, guard);
+  if (guard) begin_error_ = event_error;
   if (flow_) flow_->AddStep(step_, sources_, s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = ValueOf(step_.x, at);

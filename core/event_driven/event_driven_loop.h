@@ -54,6 +54,8 @@ class EventDrivenLoop {
   Progressed Repeat(double length);
   bool IsKnownWellEnough(const ModeEnd& mode_end, double lasted) const;
   void RetakeUpTo(double length, ModeEnd& mode_end);
+  bool TakeOneMore(const Mode& mode, const Vector& start, double begin, double end, const EventGap* gap);
+  double DelayAtEnd(Index guard) const;
   void Accept(double end, double s_end, std::optional<Index> guard = std::nullopt);
   Progressed EndMode(const ModeEnd& mode_end, double end);
   Progressed GiveUpMode(const char* why);
@@ -100,7 +102,6 @@ class EventDrivenLoop {
   int short_modes_ = 0;  // in a row
   double mode_begin_ = 0;
   double begin_error_ = 0;       // how far that may be off
-  double event_error_ = 0;       // the same of the last event
   std::optional<EventGap> gap_;  // after an event
   // The step that an event ended, until a mode lasts after it.
   struct EventStep {

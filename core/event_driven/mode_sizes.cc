@@ -141,4 +141,9 @@ AllSizesBeside SizesBesideOf(const Problem& problem, Selection selection, const 
   return all;
 }
 
+void JudgeBesideModes(const Problem& problem, Selection selection, const Options& options, Solution& solution) {
+  JudgeComponents(
+      options, [&] { return SizesBesideOf(problem, selection, solution); }, solution.accuracy);
+}
+
 }  // namespace dlcs

@@ -6,6 +6,7 @@
 
 #include "core/context/sizes.h"
 #include "core/matrix_classes/matrix_class.h"
+#include "core/problem/options.h"
 #include "core/problem/problem.h"
 #include "core/problem/solution.h"
 
@@ -15,6 +16,9 @@ namespace dlcs {
 // that at the end for methods that form none. For dense problems; own sizes for others. Cost: the factorizations of
 // each mode.
 AllSizesBeside SizesBesideOf(const Problem& problem, Selection selection, const Solution& solution);
+
+// JudgeComponents() with these sizes.
+void JudgeBesideModes(const Problem& problem, Selection selection, const Options& options, Solution& solution);
 
 }  // namespace dlcs
 

@@ -9,7 +9,6 @@
 #include <string>
 #include <utility>
 
-#include "core/context/sizes.h"
 #include "core/driver/report.h"
 #include "core/event_driven/mode_sizes.h"
 #include "core/format_number.h"
@@ -361,8 +360,7 @@ Solution Search::Finish(double phase) {
     accuracy.source = AccuracySource::kControlled;
     accuracy.tolerance = tolerance_;
     accuracy.tolerance_is_default = asked_.error_tolerance == 0;
-    JudgeComponents(
-        asked_, [&] { return SizesBesideOf(map_.problem(), map_.plan().selection, solution); }, accuracy);
+    JudgeBesideModes(map_.problem(), map_.plan().selection, asked_, solution);
     solution.termination = Termination::kReachedEnd;
     solution.failure_time = std::numeric_limits<double>::quiet_NaN();
     solution.message = "Periodic with the period " + FormatNumber(solve.period) + ", found in " +

@@ -12,9 +12,6 @@ namespace {
 
 // A certificate contradicts an answer where it is larger than this part of its size.
 constexpr double kConcern = 0.01;
-// Where steps are given, more than this part contradicts it: with an error of more than half of a number, its first
-// digit is not known.
-constexpr double kOneDigit = 0.5;
 
 // A figure with two digits: no estimate has more.
 std::string Figure(double value) {
@@ -71,7 +68,7 @@ void JudgeCertificate(const Solution& solution, Verdict& verdict) {
         Measure{"the difference of x to the integral of A x + B y + f", c.drift_of_rows, 1, true}}) {
     if (!(measure.relative() > kConcern)) continue;
     const bool asked = solution.accuracy.tolerance > 0;
-    const bool fails = measure.shows_error && (asked || by_modes || measure.relative() > kOneDigit);
+    const bool fails = measure.shows_error && (asked || by_modes || measure.relative() > kFirstDigit);
     (fails ? verdict.concerns : verdict.notes)
         .push_back(std::string(1, static_cast<char>(measure.what[0] - 'a' + 'A')) + (measure.what + 1) + " is " +
                    Figure(measure.relative()) + " of its size" + advice);

@@ -26,6 +26,9 @@ struct Verdict {
   std::vector<std::string> notes;     // components that are zero or negligible, one sentence each
 };
 
+// With an error of more than half of a number, its first digit is not known: no success, even where steps were given.
+inline constexpr double kFirstDigit = 0.5;
+
 // Depends on termination, accuracy, certificate and reached limits alone. A solution with a concern is never kSolved,
 // and never a success. Steps that were given are a success if the error of each component is below its size.
 Verdict JudgeSolution(const Solution& solution);
