@@ -18,7 +18,7 @@ namespace {
 using Exact = boost::multiprecision::cpp_rational;
 
 constexpr double kUnitRoundoff = 0x1p-53;
-constexpr Index kSizes[] = {1, 2, 3, 10, 57, 200};
+constexpr Index kDimensions[] = {1, 2, 3, 10, 57, 200};
 
 // Numbers whose sizes and signs differ, so that sums lose digits and terms cancel.
 class Numbers {
@@ -59,7 +59,7 @@ TEST(BoundedSumTest, EachOperationCountsOnce) {
 
 TEST(BoundedSumTest, EnclosesSumsOfNumbers) {
   Numbers numbers(1);
-  for (const Index n : kSizes) {
+  for (const Index n : kDimensions) {
     BoundedSum sum;
     Exact exact = 0, terms = 0;
     for (Index k = 0; k < n; ++k) {
@@ -99,7 +99,7 @@ TEST(BoundedSumTest, TellsSignsThatAreCertain) {
 
 TEST(BoundedSumTest, EnclosesProducts) {
   Numbers numbers(2);
-  for (const Index n : kSizes) {
+  for (const Index n : kDimensions) {
     const Matrix A = numbers.NextMatrix(7, n);
     const Vector x = numbers.NextVector(n), c = numbers.NextVector(7);
     const SparseMatrix sparse = A.sparseView();
