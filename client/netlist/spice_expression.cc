@@ -191,9 +191,9 @@ class ExpressionReader {
     LinearValue value = no;
     value.is_truth = false;
     for (const auto& [name, factor] : jump.factors) {
-      const auto of = [&name = name](const LinearValue& value) {
-        const auto found = value.factors.find(name);
-        return found == value.factors.end() ? 0 : std::abs(found->second);
+      const auto of = [&name = name](const LinearValue& choice) {
+        const auto found = choice.factors.find(name);
+        return found == choice.factors.end() ? 0 : std::abs(found->second);
       };
       if (std::abs(factor) <= kRounding * (of(yes) + of(no)) || truths_.contains(name)) continue;
       if (const auto part = WherePositive(condition, name)) {

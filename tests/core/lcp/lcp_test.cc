@@ -10,6 +10,7 @@
 #include <limits>
 #include <string>
 
+#include "core/linalg/norms.h"
 #include "tests/support/lcp_linear_program.h"
 #include "tests/support/lcp_problems.h"
 
