@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/context/consistency.h"
+#include "core/event_driven/event_driven.h"
 #include "core/linalg/balance.h"
 #include "core/linalg/norms.h"
 
@@ -134,7 +135,6 @@ bool EventDrivenLoop::Cross(double end) {
 // A solve that advances so evenly that it will reach T within kPatience times its work may continue: many short modes
 // do not mean that it will not end.
 bool EventDrivenLoop::IsBeyondWork() const {
-  constexpr double kPatience = 8;
   const auto work = static_cast<double>(record_.Work(problem_.num_states()));
   const auto most = static_cast<double>(most_work_);
   return work >= most && work >= kPatience * most * (t_ / problem_.horizon);

@@ -51,7 +51,7 @@ void SetRanges(PeriodSolve& solve) {
     low = low.cwiseMin(x.rowwise().minCoeff());
     high = high.cwiseMax(x.rowwise().maxCoeff());
   }
-  solve.size = low.cwiseAbs().cwiseMax(high.cwiseAbs());
+  solve.own = low.cwiseAbs().cwiseMax(high.cwiseAbs());
   solve.range = high - low;
 }
 
@@ -72,7 +72,7 @@ void SetBranch(const Vector& y_before, PeriodSolve& solve) {
 
 // `largest`: each state so far.
 void RaiseSizes(const Vector& largest, PeriodSolve& solve) {
-  solve.size = solve.size.cwiseMax(kOfLargest * largest);
+  solve.size = solve.own.cwiseMax(kOfLargest * largest);
   if (solve.has_derivative()) {
     const Matrix moves = solve.flow().derivative.cwiseAbs() * solve.size.asDiagonal();
     solve.size = solve.size.cwiseMax(kOfOthers * moves.rowwise().maxCoeff());
@@ -135,6 +135,7 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, const Vector& 
   auto solution = SolveOnGrid(task, grid, observer_);
   if (!solution.ok()) return solution.status();
   solves_ += solution->cost.solves;
+  if (solution->flow) work_ += solution->flow->work;
   PeriodSolve solve{.start = start, .period = period, .solution = *std::move(solution)};
   const Solution& result = solve.solution;
   // A solve that missed the tolerance of its steps has still reached the end.
@@ -146,10 +147,11 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, const Vector& 
   solve.end = last.x * LegendreValues(EndOf(last)).head(last.x.cols());
   SetRanges(solve);
   if (problem_.rule == SolutionRule::kHistory) SetBranch(problem_.y0.value_or(Vector()), solve);
-  largest_ = largest_.cwiseMax(solve.size);
+  largest_ = largest_.cwiseMax(solve.own);
   RaiseSizes(largest_, solve);
-  solve.error = result.accuracy.errors_x.size() == start.size() ? result.accuracy.errors_x
-                                                                : Vector::Constant(start.size(), result.accuracy.error);
+  const bool is_known = result.accuracy.errors_x.size() == start.size();
+  const Vector error = is_known ? result.accuracy.errors_x : Vector::Constant(start.size(), result.accuracy.error);
+  solve.error = error.cwiseProduct(solve.own).cwiseQuotient(solve.size);
   return solve;
 }
 

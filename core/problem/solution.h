@@ -147,6 +147,7 @@ struct FlowRecord {
   Vector begin_slope;   // x'(0⁺)
   Vector end_slope;     // x'(T⁻)
   bool grazes = false;  // a guard only touched zero at an event: the derivative holds on one side at best
+  Index work = 0;       // of the solve (EventRecord::Work)
 };
 
 // A periodic steady state, or the state of a search that failed (core/periodic/periodic.h).

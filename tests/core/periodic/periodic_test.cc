@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
 
@@ -54,16 +55,23 @@ Solution Periodic(const Problem& problem, double period, double tolerance = 1e-9
   return solution.ok() ? *std::move(solution) : Solution{};
 }
 
-Solution SolvedPeriodic(const Problem& problem, double period, double tolerance = 1e-9, bool project = false) {
+// What was found, accurate whether it is stable or not.
+Solution FoundPeriodic(const Problem& problem, double period, double tolerance = 1e-9, bool project = false) {
   Solution solution = Periodic(problem, period, tolerance, project);
   EXPECT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
-  const Verdict verdict = JudgeSolution(solution);
-  EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << verdict.text;
+  EXPECT_LE(solution.accuracy.error, tolerance);
   EXPECT_TRUE(solution.periodic);
   if (!solution.periodic) solution.periodic.emplace();
-  EXPECT_LE(solution.periodic->periods, 12);
   EXPECT_LE(solution.periodic->residual, tolerance);
   EXPECT_LE(solution.periodic->error, tolerance);
+  return solution;
+}
+
+Solution SolvedPeriodic(const Problem& problem, double period, double tolerance = 1e-9, bool project = false) {
+  Solution solution = FoundPeriodic(problem, period, tolerance, project);
+  const Verdict verdict = JudgeSolution(solution);
+  EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << verdict.text;
+  EXPECT_LE(solution.periodic->periods, 12);
   return solution;
 }
 
@@ -102,15 +110,33 @@ TEST(PeriodicTest, ADrivenLinearSystem) {
   EXPECT_NEAR(solution.periodic->multipliers[0].real(), std::exp(-a * period), 1e-12);
   EXPECT_NEAR(solution.periodic->mean_x[0], 1 / a, 1e-9 * size);
   EXPECT_NEAR(solution.periodic->mean_w[0], 1, 1e-12);
-  EXPECT_LE(solution.periodic->periods, 3);
+  EXPECT_LE(solution.periodic->periods, 4);
 }
 
 TEST(PeriodicTest, AnUnstableSolutionIsFound) {
   const double a = 0.7, omega = 3, period = 2 * kPi / omega;
   const Solution solution =
-      SolvedPeriodic(Linear(Matrix{{a}}, TimeFunction::Formulas({"sin(3*t)"}), Vector{{2.0}}), period);
+      FoundPeriodic(Linear(Matrix{{a}}, TimeFunction::Formulas({"sin(3*t)"}), Vector{{2.0}}), period);
   EXPECT_NEAR(solution.x(0, 0), -omega / (a * a + omega * omega), 1e-9);
   EXPECT_NEAR(solution.periodic->multipliers[0].real(), std::exp(a * period), 1e-10);
+}
+
+// At rest one step may be as long as the period, in which disturbances oscillate often: their multipliers are those of
+// the exponential, not of the step.
+TEST(PeriodicTest, DisturbancesOfRestOscillate) {
+  for (const double omega : {10.0, 30.0, 100.0, 1000.0}) {
+    for (const double damping : {-0.1, 0.1}) {
+      const Problem problem =
+          Linear(Matrix{{0, omega}, {-omega, -damping}}, TimeFunction::Constant(Vector{{0, omega}}), Vector{{1, 0}});
+      const Solution solution = Periodic(problem, 1);
+      ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+      EXPECT_NEAR(solution.x(0, 0), 1, 1e-12);
+      EXPECT_NEAR(solution.x(1, 0), 0, 1e-12);
+      for (const double size : Sizes(solution.periodic->multipliers)) {
+        EXPECT_NEAR(size, std::exp(-damping / 2), 1e-11) << omega;
+      }
+    }
+  }
 }
 
 // A square wave charges a capacitor over a diode and a resistance; a load discharges it.
@@ -262,6 +288,51 @@ TEST(PeriodicTest, FindsTheOscillationOfAPiecewiseLinearOscillator) {
   EXPECT_LT(MaxAbs(AfterPeriods(later, record.period, 40) - solution.x.col(0)), 1e-7);
   EXPECT_NEAR(record.mean_x[0], 0, 1e-8);
   EXPECT_NEAR(record.mean_y[0], record.mean_y[1], 1e-8);
+}
+
+// A ball on a floor that yields, in air that brakes it: it comes to rest at -g/stiffness. Newton's method from up there
+// leads to other states up there, since a period holds one contact, two, or none.
+Problem Ball(double height, double stiffness, double drag) {
+  return System(Matrix{{0, 1}, {0, -drag}}, Matrix{{0}, {1}}, Matrix{{1, 0}}, Matrix{{1 / stiffness}},
+                TimeFunction::Constant(Vector{{0, -9.81}}), TimeFunction::Zero(1), Vector{{height, 0}}, 3);
+}
+
+TEST(PeriodicTest, ABallComesToRestWhereNewtonsMethodWanders) {
+  for (const double height : {1.0, 0.3, 4.0}) {
+    for (const double period : {1.0, 0.37}) {
+      for (const double stiffness : {1000.0, 200.0}) {
+        const double drag = 0.4;
+        const Solution solution = Periodic(Ball(height, stiffness, drag), period, 1e-6);
+        ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+        EXPECT_NEAR(solution.x(0, 0), -9.81 / stiffness, 1e-6 * 9.81 / stiffness);
+        EXPECT_NEAR(solution.x(1, 0), 0, 1e-9);
+        for (const double size : Sizes(solution.periodic->multipliers)) {
+          EXPECT_NEAR(size, std::exp(-drag / 2 * period), 1e-9);
+        }
+      }
+    }
+  }
+}
+
+// A force in a potential with two wells: x'' = -d x' + x - 2 (the part of x beyond [-1, 1]) + F cos 2πt: near -2 and 2
+// the system is linear, with x = ±2 + F Re(e^{iωt} / (1 - ω² + i d ω)).
+TEST(PeriodicTest, OfTwoWellsOneIsFoundOrTheRidgeBetweenThem) {
+  const double damping = 0.05, force = 3, omega = 2 * kPi;
+  for (const double start : {-2.5, -0.2, 0.1, 0.4, 1.3, 2.6, 4.0, -4.0}) {
+    const Problem problem = System(Matrix{{0, 1}, {1, -damping}}, Matrix{{0, 0}, {-2, 2}}, Matrix{{-1, 0}, {1, 0}},
+                                   Matrix::Identity(2, 2), TimeFunction::Formulas({"0", "3*cos(2*pi*t)"}),
+                                   TimeFunction::Constant(Vector::Ones(2)), Vector{{start, 0}}, 100);
+    const Solution solution = FoundPeriodic(problem, 1, 1e-7);
+    const std::complex<double> swing = force / std::complex<double>(1 - omega * omega, damping * omega);
+    const double well = solution.x(0, 0) > 0 ? 2 : -2;
+    if (Sizes(solution.periodic->multipliers)[0] < 1) {
+      EXPECT_NEAR(solution.x(0, 0), well + swing.real(), 1e-6) << start;
+      EXPECT_NEAR(solution.x(1, 0), -omega * swing.imag(), 1e-6) << start;
+    } else {
+      // Between the wells, x'' = -d x' + x + F cos ωt.
+      EXPECT_NEAR(solution.x(0, 0), (force / std::complex<double>(-1 - omega * omega, damping * omega)).real(), 1e-6);
+    }
+  }
 }
 
 // u = -sgn(x1 + x2 + x3) for the sum of three first-order systems: Tsypkin's condition gives half the period.
