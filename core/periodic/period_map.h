@@ -52,6 +52,10 @@ class PeriodMap {
   absl::StatusOr<PeriodSolve> Solve(const Vector& start, const Vector& y_before, double period, double tolerance,
                                     bool as_asked);
 
+  // Solves the period after `solve` from `start`, near its end, with rates that are some ulps faster, and with steps
+  // that err twice as much if `tolerance` was that of `solve`: so both differ by the errors of `solve`.
+  absl::StatusOr<PeriodSolve> SolveOtherwise(const PeriodSolve& solve, const Vector& start, double tolerance);
+
   // The number of solves, with those that event_driven repeated, and their work.
   Index solves() const { return solves_; }
   Index work() const { return work_; }

@@ -10,11 +10,13 @@
 #include <utility>
 
 #include "core/driver/report.h"
+#include "core/driver/step_control.h"
 #include "core/event_driven/event_driven.h"
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/periodic/oscillation.h"
 #include "core/periodic/period_map.h"
+#include "core/periodic/stability.h"
 #include "core/problem/source_periods.h"
 #include "core/problem/violation_list.h"
 
@@ -37,7 +39,6 @@ constexpr double kTightest = 1e-13;
 constexpr double kShare = 0.1;
 // An oscillation that is smaller than this part of the size of every state is an equilibrium.
 constexpr double kAtRest = 1e-6;
-constexpr double kUnstable = 1 + 1e-6;
 constexpr double kShortestStep = 1.0 / 8;  // of Newton's
 constexpr double kShorter = 3.0 / 4;       // each of Newton's full steps shortens the next one to this part
 
@@ -91,6 +92,7 @@ class Search {
   absl::StatusOr<Outcome> RunNewton();
   absl::Status TakeNewtonStep(bool& accepted);
   absl::Status FollowOnePeriod(Transient& transient);
+  absl::Status AddStability();
   Outcome Judge();
   bool IsAnswer();
   bool IsNear() const;
@@ -116,6 +118,7 @@ class Search {
   Index newton_steps_ = 0;
   Index followed_ = 0, idle_ = 0;  // periods of the transient; accepted steps of Newton's method without progress
   int elsewhere_ = 0;
+  StabilityJudgement stability_;
   // The error of the start that the decay of residuals implies, while one period follows the other.
   double error_of_transient_ = std::numeric_limits<double>::quiet_NaN();
   bool found_ = false;
@@ -257,8 +260,8 @@ void Search::FailAtEnd() {
 
 // Of a search that is not at its end, the solution through the last start.
 bool Search::IsUnstable() const {
-  const auto multipliers = MultipliersOf(current_.solve.flow().derivative);
-  return !multipliers.empty() && std::abs(multipliers.front()) > kUnstable;
+  const auto multipliers = MultipliersOf(DerivativeAcross(current_.solve, current_.solve.size, finds_period_));
+  return !multipliers.empty() && std::abs(multipliers.front()) > 1;
 }
 
 absl::Status Search::TakeNewtonStep(bool& accepted) {
@@ -372,6 +375,30 @@ absl::Status Search::Iterations() {
   return absl::OkStatus();
 }
 
+// Solves the period once more, from a start as far away as the error of x(0) allows. A disturbance of x(0) may be off
+// the constraints that the state obeys there; what is left of it after the period is not.
+absl::Status Search::AddStability() {
+  const PeriodSolve& solve = current_.solve;
+  if (!solve.has_derivative()) return absl::OkStatus();
+  const Index m = solve.start.size();
+  const Matrix derivative = DerivativeAcross(solve, solve.size, finds_period_);
+  Matrix errors = Matrix::Constant(m, m, std::numeric_limits<double>::infinity());
+  // Where the solution only touches a guard, the derivative is that of one side.
+  if (current_.has_step() && !solve.flow().grazes) {
+    const Vector away = current_.step.head(m).cwiseAbs() + current_.errors.head(m);
+    const auto forwards = current_.step.head(m).array() >= 0;
+    const Vector change = forwards.select(away, -away).cwiseProduct(solve.size);
+    const auto other = map_.SolveOtherwise(solve, solve.end + solve.flow().derivative * change, current_.tolerance);
+    if (!other.ok()) return other.status();
+    if (other->reached && other->has_derivative()) {
+      const Matrix difference = DerivativeAcross(*other, solve.size, finds_period_) - derivative;
+      errors = difference.cwiseAbs() + kRoundedUlps * std::numeric_limits<double>::epsilon() * derivative.cwiseAbs();
+    }
+  }
+  stability_ = JudgeStability(derivative, errors);
+  return absl::OkStatus();
+}
+
 // Removes jumps at 0 that are no larger than the errors: the start is then the state after them.
 void DropJumpOfRounding(const Vector& size, double part, Solution& solution) {
   std::erase_if(solution.jumps, [&](const StateJump& jump) {
@@ -394,6 +421,8 @@ Solution Search::Finish(double phase) {
     SetAverages(solution, record);
   }
   if (found_) {
+    record.stability = stability_.stability;
+    record.growth = stability_.growth;
     Accuracy& accuracy = solution.accuracy;
     const Index m = solve.start.size();
     const Vector of_start = current_.has_step() ? Vector(current_.step.cwiseAbs() + current_.errors)
@@ -457,6 +486,9 @@ absl::StatusOr<Solution> Search::Run(double phase) {
   if (!first.ok()) return first.status();
   current_ = *std::move(first);
   if (absl::Status status = Iterations(); !status.ok()) return status;
+  if (found_) {
+    if (absl::Status status = AddStability(); !status.ok()) return status;
+  }
   return Finish(phase);
 }
 

@@ -150,12 +150,23 @@ struct FlowRecord {
   Index work = 0;       // of the solve (EventRecord::Work)
 };
 
+// What becomes of small disturbances of a periodic solution.
+enum class Stability {
+  kUndetermined,  // a multiplier is 1 in size within its error, or the multipliers or their errors are not known
+  kStable,        // they die out
+  kUnstable,      // some grow
+};
+
 // A periodic steady state, or the state of a search that failed (core/periodic/periodic.h).
 struct PeriodicRecord {
   double period = 0;
   // The eigenvalues of the derivative of x(period) with respect to x(0), the largest first. The solution is stable if
   // all are inside the unit circle. An autonomous oscillation always has one that is 1, which does not count.
   std::vector<std::complex<double>> multipliers;
+  std::optional<Stability> stability;  // absent if no periodic solution was found
+  // The size of the largest multiplier that counts, minus 1: by which part disturbances grow in a period. NaN if it is
+  // not known.
+  double growth = std::numeric_limits<double>::quiet_NaN();
   // The averages over one period, exact for the polynomials of the steps; that of y without multipliers of jumps.
   Vector mean_x, mean_y, mean_w;
   double residual = std::numeric_limits<double>::quiet_NaN();  // the largest |x_i(period) - x_i(0)| / max |x_i|

@@ -72,9 +72,29 @@ std::string Within(const Accuracy& accuracy) {
   return "an error of " + FormatNumber(accuracy.tolerance) + (accuracy.tolerance_is_default ? " (the default)" : "");
 }
 
-}  // namespace
+// "1.7 %", or of what more than doubles "a factor of 4.8".
+std::string GrowthText(double growth) {
+  return growth > 1 ? "a factor of " + Figure(1 + growth) : Figure(100 * growth) + " %";
+}
 
-Verdict JudgeSolution(const Solution& solution) {
+// A periodic solution that no transient ends in is not to be used, however accurate it is.
+void AddStability(const Solution& solution, Verdict& verdict) {
+  if (!solution.periodic) return;
+  const PeriodicRecord& periodic = *solution.periodic;
+  if (periodic.stability == Stability::kUndetermined) verdict.text += "; whether it is stable is not known";
+  if (periodic.stability != Stability::kUnstable) return;
+  const bool was_solved = verdict.kind == VerdictKind::kSolved;
+  const std::string grows = "disturbances grow by " + GrowthText(periodic.growth) + " a period";
+  verdict.text =
+      "unstable: " + grows + "; " + (was_solved ? "estimated error " + Figure(solution.accuracy.error) : verdict.text);
+  verdict.kind = was_solved ? VerdictKind::kErrorEstimated : verdict.kind;
+  verdict.success = false;
+  verdict.concerns.insert(verdict.concerns.begin(), "The periodic solution is unstable: " + grows +
+                                                        ", so that no solution from another state stays near it.");
+}
+
+// Of termination, accuracy, certificate and reached limits.
+Verdict JudgeTrajectory(const Solution& solution) {
   const Accuracy& accuracy = solution.accuracy;
   Verdict verdict;
   if (solution.termination != Termination::kReachedEnd) {
@@ -113,6 +133,14 @@ Verdict JudgeSolution(const Solution& solution) {
   const char* const warning = !verdict.success ? "not usable: " : !verdict.concerns.empty() ? "warning: " : "";
   verdict.text = std::string("reached T, ") + warning + estimated;
   if (accuracy.tolerance > 0 && !met) verdict.text += ", where " + FormatNumber(accuracy.tolerance) + " was aimed at";
+  return verdict;
+}
+
+}  // namespace
+
+Verdict JudgeSolution(const Solution& solution) {
+  Verdict verdict = JudgeTrajectory(solution);
+  if (solution.termination == Termination::kReachedEnd) AddStability(solution, verdict);
   return verdict;
 }
 

@@ -30,7 +30,8 @@ struct Verdict {
 inline constexpr double kConcern = 0.01;
 inline constexpr double kNoSuccess = 0.3;
 
-// Depends on termination, accuracy, certificate and reached limits alone. A solution with a concern is never kSolved.
+// Depends on termination, accuracy, certificate, reached limits and the stability of a periodic solution alone. A
+// solution with a concern is never kSolved.
 Verdict JudgeSolution(const Solution& solution);
 
 // "SOLVED", "ERROR_ESTIMATED", "ERROR_UNKNOWN", "NOT_SOLVED".
