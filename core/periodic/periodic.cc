@@ -497,8 +497,8 @@ absl::StatusOr<Solution> Search::Run(double phase) {
 absl::StatusOr<Solution> SolvePeriodic(const Problem& problem, const Options& options, Observer& observer,
                                        std::stop_token stop, SetupCache* setups) {
   const auto started = std::chrono::steady_clock::now();
-  const OnePeriod one =
-      options.period > 0 ? ProblemOfOnePeriod(problem, options.period) : OnePeriod{.problem = problem};
+  OnePeriod one = options.period > 0 ? ProblemOfOnePeriod(problem, options.period) : OnePeriod{.problem = problem};
+  one.problem.measurements.clear();  // their times are those of the problem
   // Up to T it is valid; a period may be longer.
   if (const auto violations = Validate(one.problem); !violations.empty()) return StatusOf(violations);
   auto plan = MakePlan(one.problem, options, setups);

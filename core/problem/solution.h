@@ -139,6 +139,7 @@ struct MeasurementResult {
   std::optional<double> value;  // absent if there is none
   std::optional<double> time;   // of the minimum, the maximum, the value; the begin of the delay
   std::string reason;           // why there is no value
+  std::string note = {};        // what was measured, where that is not what was asked for word by word
 };
 
 // The flow of event_driven from 0 to T.
@@ -169,6 +170,7 @@ struct PeriodicRecord {
   double growth = std::numeric_limits<double>::quiet_NaN();
   // The averages over one period, exact for the polynomials of the steps; that of y without multipliers of jumps.
   Vector mean_x, mean_y, mean_w;
+  Vector mean_outputs;  // of the outputs that are not hidden; those of y in them likewise
   double residual = std::numeric_limits<double>::quiet_NaN();  // the largest |x_i(period) - x_i(0)| / max |x_i|
   // The largest error of a component, relative to its size, from the residual and the errors of one period. If a
   // multiplier is near 1, it is much larger than these.
