@@ -22,8 +22,8 @@ class SetupCache;
 //
 // Newton's method is applied to x0 - Φ(x0) = 0, where Φ follows event_driven over one period, with the monodromy matrix
 // dΦ/dx0 of core/event_driven/flow_derivative.h. A step is accepted if it shortens the step of the same matrix from its
-// end (the natural monotonicity test), which depends on no norm of the residual. Where the method makes no progress, the
-// solution from x0 is followed for as many periods as it took, and it begins again from there. For an unknown P the
+// end (the natural monotonicity test), which depends on no norm of the residual. Where the method makes no progress,
+// the solution from x0 is followed for as many periods as it took, and it begins again from there. For an unknown P the
 // phase is fixed by x'(0)'(x0 - its last value) = 0.
 //
 // With the rule kHistory the start is x and the branch of solutions that y is on; both must return.
