@@ -260,7 +260,7 @@ void Search::FailAtEnd() {
 
 // Of a search that is not at its end, the solution through the last start.
 bool Search::IsUnstable() const {
-  const auto multipliers = MultipliersOf(DerivativeAcross(current_.solve, current_.solve.size, finds_period_));
+  const auto multipliers = MultipliersOf(DerivativeAcross(current_.solve, current_.solve.size, finds_period_).value);
   return !multipliers.empty() && std::abs(multipliers.front()) > 1;
 }
 
@@ -381,8 +381,8 @@ absl::Status Search::AddStability() {
   const PeriodSolve& solve = current_.solve;
   if (!solve.has_derivative()) return absl::OkStatus();
   const Index m = solve.start.size();
-  const Matrix derivative = DerivativeAcross(solve, solve.size, finds_period_);
-  Matrix errors = Matrix::Constant(m, m, std::numeric_limits<double>::infinity());
+  KnownDerivative derivative = DerivativeAcross(solve, solve.size, finds_period_);
+  Matrix changes = Matrix::Constant(m, m, std::numeric_limits<double>::infinity());
   // Where the solution only touches a guard, the derivative is that of one side.
   if (current_.has_step() && !solve.flow().grazes) {
     const Vector away = current_.step.head(m).cwiseAbs() + current_.errors.head(m);
@@ -391,11 +391,13 @@ absl::Status Search::AddStability() {
     const auto other = map_.SolveOtherwise(solve, solve.end + solve.flow().derivative * change, current_.tolerance);
     if (!other.ok()) return other.status();
     if (other->reached && other->has_derivative()) {
-      const Matrix difference = DerivativeAcross(*other, solve.size, finds_period_) - derivative;
-      errors = difference.cwiseAbs() + kRoundedUlps * std::numeric_limits<double>::epsilon() * derivative.cwiseAbs();
+      const KnownDerivative second = DerivativeAcross(*other, solve.size, finds_period_);
+      changes = (second.value - derivative.value).cwiseAbs() +
+                kRoundedUlps * std::numeric_limits<double>::epsilon() * derivative.value.cwiseAbs();
     }
   }
-  stability_ = JudgeStability(derivative, errors);
+  derivative.errors += changes;
+  stability_ = JudgeStability(derivative);
   return absl::OkStatus();
 }
 

@@ -4,31 +4,36 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <complex>
+#include <utility>
 
 namespace dlcs {
 namespace {
 
-// Whether no matrix within `errors` of `derivative` has the eigenvalue `z`.
-bool IsNoMultiplier(std::complex<double> z, const Matrix& derivative, const Matrix& errors) {
-  const Index m = derivative.rows();
-  const Eigen::MatrixXcd shifted = z * Eigen::MatrixXcd::Identity(m, m) - derivative;
-  const Matrix amplified = shifted.partialPivLu().inverse().cwiseAbs() * errors;
+// Whether no matrix within the errors has the eigenvalue `z`.
+bool IsNoMultiplier(std::complex<double> z, const KnownDerivative& derivative) {
+  const Index m = derivative.value.rows();
+  const Eigen::MatrixXcd shifted = z * Eigen::MatrixXcd::Identity(m, m) - derivative.value;
+  const Matrix amplified = shifted.partialPivLu().inverse().cwiseAbs() * derivative.errors;
   return amplified.rowwise().sum().maxCoeff() < 1 && amplified.allFinite();
 }
 
 }  // namespace
 
-Matrix DerivativeAcross(const PeriodSolve& solve, const Vector& unit, bool is_oscillation) {
-  Matrix derivative = unit.cwiseInverse().asDiagonal() * solve.flow().derivative * unit.asDiagonal();
+KnownDerivative DerivativeAcross(const PeriodSolve& solve, const Vector& unit, bool is_oscillation) {
+  Matrix value = unit.cwiseInverse().asDiagonal() * solve.flow().derivative * unit.asDiagonal();
+  Matrix errors = Matrix::Zero(value.rows(), value.cols());
   if (is_oscillation) {
-    const Vector along = solve.flow().begin_slope.cwiseQuotient(unit);
-    derivative -= along * along.transpose() / along.squaredNorm();
+    // After a period what the slope is off by has shrunk as disturbances do.
+    const Vector along = value * solve.flow().begin_slope.cwiseQuotient(unit);
+    const Eigen::RowVectorXd part = along.transpose() / along.squaredNorm();
+    errors = (value * along - along).cwiseAbs() * part.cwiseAbs();
+    value -= along * part;
   }
-  return derivative;
+  return {std::move(value), std::move(errors)};
 }
 
-StabilityJudgement JudgeStability(const Matrix& derivative, const Matrix& errors) {
-  const auto multipliers = MultipliersOf(derivative);
+StabilityJudgement JudgeStability(const KnownDerivative& derivative) {
+  const auto multipliers = MultipliersOf(derivative.value);
   if (multipliers.empty()) return {};
   StabilityJudgement judgement{.growth = std::abs(multipliers.front()) - 1};
   bool all_inside = true;
@@ -36,8 +41,8 @@ StabilityJudgement JudgeStability(const Matrix& derivative, const Matrix& errors
     const double size = std::abs(multiplier);
     // Those of a pair are on the same side.
     if (multiplier.imag() < 0) continue;
-    const bool is_known = IsNoMultiplier(size > 0 ? multiplier / size : 1, derivative, errors);
-    if (size > 1 && (is_known || IsNoMultiplier(multiplier / std::sqrt(size), derivative, errors))) {
+    const bool is_known = IsNoMultiplier(size > 0 ? multiplier / size : 1, derivative);
+    if (size > 1 && (is_known || IsNoMultiplier(multiplier / std::sqrt(size), derivative))) {
       judgement.stability = Stability::kUnstable;
       return judgement;
     }

@@ -17,7 +17,7 @@ Matrix Rotation(double size, double angle) {
 }
 
 Stability Judge(const Matrix& derivative, double error) {
-  return JudgeStability(derivative, Matrix::Constant(derivative.rows(), derivative.cols(), error)).stability;
+  return JudgeStability({derivative, Matrix::Constant(derivative.rows(), derivative.cols(), error)}).stability;
 }
 
 TEST(StabilityTest, AMultiplierCountsIfItIsFartherFromTheCircleThanItsError) {
@@ -31,7 +31,7 @@ TEST(StabilityTest, AMultiplierCountsIfItIsFartherFromTheCircleThanItsError) {
   EXPECT_EQ(Judge(Rotation(1.017, 0.28), 1e-3), Stability::kUnstable);
   EXPECT_EQ(Judge(Rotation(1.0, 0.28), 1e-9), Stability::kUndetermined);
   EXPECT_EQ(Judge(Rotation(0.99, 0.28), 1e-3), Stability::kStable);
-  EXPECT_NEAR(JudgeStability(Rotation(1.017, 0.28), Matrix::Zero(2, 2)).growth, 0.017, 1e-14);
+  EXPECT_NEAR(JudgeStability({Rotation(1.017, 0.28), Matrix::Zero(2, 2)}).growth, 0.017, 1e-14);
 }
 
 TEST(StabilityTest, OneThatIsKnownToBeOutsideIsEnough) {
@@ -49,9 +49,9 @@ TEST(StabilityTest, MultipliersWithoutEigenvectorsOfTheirOwnAreKnown) {
   // Their errors are as large as they may be: with this one in a corner the multipliers are 27e-3^(1/4) i^k.
   Matrix errors = Matrix::Zero(4, 4);
   errors(3, 0) = 1e-3;
-  EXPECT_EQ(JudgeStability(shift, errors).stability, Stability::kStable);
+  EXPECT_EQ(JudgeStability({shift, errors}).stability, Stability::kStable);
   errors(3, 0) = 1.0 / 26;
-  EXPECT_EQ(JudgeStability(shift, errors).stability, Stability::kUndetermined);
+  EXPECT_EQ(JudgeStability({shift, errors}).stability, Stability::kUndetermined);
 }
 
 TEST(StabilityTest, NothingIsKnownOfWhatIsNotFinite) {
@@ -73,7 +73,7 @@ TEST(StabilityTest, ChangesWithinTheErrorsDoNotChangeIt) {
     // The largest multiplier is near 1 in size.
     derivative *= (1 + 0.2 * any()) / (1e-300 + std::abs(MultipliersOf(derivative).front()));
     const Matrix errors = 0.05 * Matrix::NullaryExpr(m, m, any).cwiseAbs();
-    const Stability stability = JudgeStability(derivative, errors).stability;
+    const Stability stability = JudgeStability({derivative, errors}).stability;
     if (stability == Stability::kUndetermined) continue;
     ++(stability == Stability::kStable ? stable : unstable);
     for (int change = 0; change < 50; ++change) {
