@@ -93,7 +93,7 @@ class Search {
   absl::Status TakeNewtonStep(bool& accepted);
   absl::Status FollowOnePeriod(Transient& transient);
   absl::Status AddStability();
-  Outcome Judge();
+  Outcome Judge(bool is_transient);
   bool IsAnswer();
   bool IsNear() const;
   bool Repeats() const;  // the period ends on the branch on which it began
@@ -222,9 +222,11 @@ bool Search::HasShorterPeriod(Index& parts) const {
   return false;
 }
 
-Search::Outcome Search::Judge() {
+Search::Outcome Search::Judge(bool is_transient) {
   if (!current_.solve.reached) return Outcome::kNone;
   if (finds_period_ && IsAtRest()) {
+    // Newton's method may also end in a period of no length, or in an equilibrium that the solution leaves.
+    if (!is_transient) return Outcome::kSearching;
     Fail("No oscillation was found: the solution decays to an equilibrium.");
     return Outcome::kNone;
   }
@@ -329,8 +331,8 @@ absl::Status Search::FollowOnePeriod(Transient& transient) {
 // than the transient does; steps that do shorten the way are few.
 absl::StatusOr<Search::Outcome> Search::RunNewton() {
   bool wanders = false;
-  while (true) {
-    const Outcome outcome = Judge();
+  for (bool is_first = true; true; is_first = false) {
+    const Outcome outcome = Judge(/*is_transient=*/is_first);
     Index parts = 1;
     if (outcome == Outcome::kFound && finds_period_ && HasShorterPeriod(parts)) {
       auto shorter = Evaluate(current_.solve.start, current_.solve.y_before,
@@ -348,7 +350,7 @@ absl::StatusOr<Search::Outcome> Search::RunNewton() {
     if (!accepted) return outcome;
     const bool is_shorter = current_.has_step() &&
                             MaxAbs(current_.step.cwiseProduct(current_.scale).cwiseQuotient(unit)) <= kShorter * before;
-    wanders = !is_shorter && ++idle_ > followed_;
+    wanders = (finds_period_ && IsAtRest()) || (!is_shorter && ++idle_ > followed_);
   }
 }
 

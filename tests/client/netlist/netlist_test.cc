@@ -719,6 +719,22 @@ TEST(NetlistTest, ARingOfInvertersHasThePeriodOfItsTransient) {
   EXPECT_NEAR(oscillation["summary"]["periodic"]["period"].get<double>(), MeasuredIn(transient, "per"), 1e-13);
 }
 
+// The snubber rings twenty times in a period and comes near to its values each time; the converter does once.
+TEST(NetlistTest, AHystereticConverterHasThePeriodOfItsTransient) {
+  const auto deck = [](const char* measurement) {
+    return fmt::format(
+        "V1 in 0 12\nV2 ref 0 5\nS1 in sw ref out SWH\nD1 0 sw DX\nC2 sw x 1n\nR2 x 0 50\nL1 sw out 47u\n"
+        "C1 out 0 100u\nR1 out 0 5\n.model SWH SW(RON=0.02 ROFF=1MEG VT=0 VH=0.05)\n"
+        ".model DX D(RON=0.02 VFWD=0.5 ROFF=1MEG)\n.tran 1u 1m uic\n.print tran v(out) i(L1)\n{}",
+        measurement);
+  };
+  const auto transient =
+      Solved(deck(".meas tran per TRIG V(out)=5.06 RISE=8 TARG V(out)=5.06 RISE=9\n"), "--tolerance 1e-9");
+  const auto periodic = Solved(deck(""), "--periodic auto --tolerance 1e-9")["summary"]["periodic"];
+  EXPECT_NEAR(periodic["period"].get<double>(), MeasuredIn(transient, "per"), 1e-12);
+  EXPECT_EQ(periodic["stability"], "STABILITY_STABLE");
+}
+
 // A comparator sets V(s), so that .ic only chooses between its two states; one that it cannot have is refused.
 TEST(NetlistTest, AnInitialVoltageChoosesTheStateOfAComparatorAtRest) {
   const auto deck = [](const char* volts) {
