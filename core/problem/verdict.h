@@ -26,8 +26,8 @@ struct Verdict {
   std::vector<std::string> notes;     // components that are zero or negligible, one sentence each
 };
 
-// Depends on termination, accuracy, certificate and reached limits alone. A solution with a concern is never kSolved,
-// and never a success. Steps that were given are a success if the error of each component is below its size.
+// Depends on termination, accuracy, certificate, reached limits and the stability of a periodic solution alone. A
+// solution with a concern is never kSolved, and never a success.
 Verdict JudgeSolution(const Solution& solution);
 
 // "SOLVED", "ERROR_ESTIMATED", "ERROR_UNKNOWN", "NOT_SOLVED".
