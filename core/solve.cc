@@ -116,13 +116,20 @@ void NameWhatIsTooLarge(const Problem& problem, Solution& solution) {
   }
 }
 
-// Of a periodic solution: the outputs are those of one period.
-std::optional<Problem> ProblemOfPeriod(const Problem& problem, const Options& options, const Solution& solution) {
-  if (options.period > 0) return ProblemOfOnePeriod(problem, options.period).problem;
-  if (options.period == 0 || !solution.periodic) return std::nullopt;
-  Problem of_period = problem;
-  of_period.horizon = solution.periodic->period;
-  return of_period;
+// What follows from a solution: measurements, and of a periodic one the averages of outputs.
+absl::Status Measure(const Problem& problem, const Options& options, Solution& solution) {
+  if (!solution.periodic) return MeasureOutputs(problem, !options.output_times_only, solution);
+  PeriodicRecord& record = *solution.periodic;
+  const bool is_given = options.period > 0;
+  Problem of_period = is_given ? ProblemOfOnePeriod(problem, options.period).problem : problem;
+  if (record.period > 0) {  // not after a search that ended before its first period
+    of_period.horizon = record.period;
+    auto means = MeanOutputs(of_period, solution);
+    if (!means.ok()) return means.status();
+    record.mean_outputs = *std::move(means);
+  }
+  const PeriodicExtension extension{.period = record.period, .horizon = problem.horizon, .has_clock = is_given};
+  return MeasureOutputs(of_period, !options.output_times_only, solution, extension);
 }
 
 }  // namespace
@@ -140,7 +147,8 @@ absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& o
     if (absl::Status status = CheckSameInTeam(problem); !status.ok()) return status;
     Options solved_with = options;
     if (options.period != 0) solved_with.method = Method::kEventDriven;
-    solved_with.keep_pieces = options.keep_pieces || HasMeasurements(problem);
+    const bool averages = options.period != 0 && problem.outputs.shown() > 0;
+    solved_with.keep_pieces = options.keep_pieces || HasMeasurements(problem) || averages;
     const std::optional<Problem> form = FormToSolve(problem, solved_with);
     const Problem& solved = form ? *form : problem;
     if (absl::Status status = CheckMultiplied(problem, solved); !status.ok()) return status;
@@ -148,11 +156,8 @@ absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& o
                                         : SolveUnlessStopped(solved, solved_with, observer, stop, setups, resume);
     if (!solution.ok()) return solution;
     NameWhatIsTooLarge(problem, *solution);
-    if (HasMeasurements(problem)) {
-      const std::optional<Problem> of_period = ProblemOfPeriod(problem, options, *solution);
-      const absl::Status measured =
-          MeasureOutputs(of_period ? *of_period : problem, !options.output_times_only, *solution);
-      if (!measured.ok()) return measured;
+    if (HasMeasurements(problem) || averages) {
+      if (absl::Status measured = Measure(problem, options, *solution); !measured.ok()) return measured;
     }
     if (!options.keep_pieces) solution->pieces.clear();
     return solution;

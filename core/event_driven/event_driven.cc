@@ -136,6 +136,7 @@ bool EventDriven(SolveContext& context) {
   solution.switching_times = SwitchingTimesOf(record, BreakPoints(context.problem), solution.jumps);
   solution.step = record.longest_step;
   solution.cost.solves = passes;
+  if (solution.flow) solution.flow->work = work;
   solution.accuracy.source = AccuracySource::kControlled;
   solution.accuracy.tolerance = tolerance;
   solution.accuracy.tolerance_is_default = context.error_by_default || asked == 0;

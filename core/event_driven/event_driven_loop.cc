@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/context/consistency.h"
+#include "core/event_driven/event_driven.h"
 #include "core/linalg/balance.h"
 #include "core/linalg/norms.h"
 

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/context/limit_watch.h"
@@ -35,11 +37,15 @@ struct MeterBatch {
   std::vector<std::size_t> measurements;
 };
 
-// Cut so that the curves of each of them take some 64 MB at most.
-std::vector<MeterBatch> BatchesOf(const Problem& problem, const Solution& solution) {
+// So many outputs have curves of some 64 MB at most.
+double MostAtOnce(const Solution& solution) {
   constexpr Index kBatchBytes = 64'000'000;
   const std::size_t pieces = std::max({solution.pieces.size(), solution.times.size(), std::size_t{1}});
-  const double most = static_cast<double>(kBatchBytes) / (static_cast<double>(pieces) * kLegendreSize * sizeof(double));
+  return static_cast<double>(kBatchBytes) / (static_cast<double>(pieces) * kLegendreSize * sizeof(double));
+}
+
+std::vector<MeterBatch> BatchesOf(const Problem& problem, const Solution& solution) {
+  const double most = MostAtOnce(solution);
   std::vector<MeterBatch> batches(1);
   const auto add = [&](const std::vector<Index>& outputs) -> MeterBatch& {
     if (!batches.back().outputs.empty() && static_cast<double>(batches.back().outputs.size() + outputs.size()) > most) {
@@ -71,6 +77,7 @@ Vector LevelsOf(const MeterBatch& batch) {
 struct Found {
   std::optional<double> value, time = {};
   std::string reason = {};
+  std::string note = {};
 };
 Found None(std::string reason) { return {std::nullopt, std::nullopt, std::move(reason)}; }
 
@@ -82,8 +89,9 @@ struct Extreme {
 
 class OutputMeter {
  public:
-  OutputMeter(const Problem& problem, const Solution& solution, std::vector<Index> rows, std::vector<CurvePiece> curves)
-      : problem_(problem), rows_(std::move(rows)), curves_(std::move(curves)) {
+  OutputMeter(const Problem& problem, const Solution& solution, const std::optional<PeriodicExtension>& extension,
+              std::vector<Index> rows, std::vector<CurvePiece> curves)
+      : problem_(problem), extension_(extension), rows_(std::move(rows)), curves_(std::move(curves)) {
     reached_ = curves_.empty() ? 0 : curves_.back().end;
     has_polynomials_ = !solution.pieces.empty();
     ends_early_ = solution.termination != Termination::kReachedEnd;
@@ -94,49 +102,24 @@ class OutputMeter {
     if (one.at) outputs.insert(outputs.end(), one.at->outputs.begin(), one.at->outputs.end());
     if (one.until) outputs.insert(outputs.end(), one.until->outputs.begin(), one.until->outputs.end());
     if (std::string overflow = Overflow(outputs); !overflow.empty()) return None(std::move(overflow));
+    if (extension_ && ends_early_) return None("no periodic solution was found.");
     switch (one.kind) {
-      case MeasurementKind::kValue: {
-        const Found at = Find(*one.at);
-        if (!at.value) return at;
-        return {ValueAt(one.outputs, *at.value), at.value};
-      }
-      case MeasurementKind::kSlope: {
-        const Found at = Find(*one.at);
-        if (!at.value) return at;
-        return {SlopeAt(one.outputs, *at.value), at.value};
-      }
+      case MeasurementKind::kValue:
+      case MeasurementKind::kSlope:
+        return MeasureAt(one);
       case MeasurementKind::kTime: {
         const Found at = Find(*one.at);
-        return {at.value, at.value, at.reason};
+        return {at.value, at.value, at.reason, at.note};
       }
       case MeasurementKind::kDelay: {
         const Found at = Find(*one.at), until = Find(*one.until);
         if (!at.value) return None("no begin: " + at.reason);
         if (!until.value) return None("no end: " + until.reason);
-        return {*until.value - *at.value, at.value};
+        if (extension_ && !extension_->has_clock && (one.at->time || one.until->time)) return None(NoClock());
+        return {*until.value - *at.value, extension_ ? extension_->InPeriod(*at.value) : *at.value};
       }
       default:
-        break;
-    }
-    const double end = one.end.value_or(problem_.horizon);
-    if (curves_.empty() || (ends_early_ && end > reached_)) return None(EndsAt());
-    switch (one.kind) {
-      case MeasurementKind::kAverage:
-        return {Integral(one.outputs, one.begin, end, 1) / (end - one.begin)};
-      case MeasurementKind::kRms:
-        return {std::sqrt(std::max(0.0, Integral(one.outputs, one.begin, end, 2) / (end - one.begin)))};
-      case MeasurementKind::kIntegral:
-        return {Integral(one.outputs, one.begin, end, 1)};
-      case MeasurementKind::kMinimum: {
-        const Extreme least = Largest(one.outputs, one.begin, end, -1);
-        return {-least.value, least.time};
-      }
-      case MeasurementKind::kMaximum: {
-        const Extreme largest = Largest(one.outputs, one.begin, end, 1);
-        return {largest.value, largest.time};
-      }
-      default:  // kPeakToPeak
-        return {Largest(one.outputs, one.begin, end, 1).value + Largest(one.outputs, one.begin, end, -1).value};
+        return MeasureWindow(one);
     }
   }
 
@@ -166,6 +149,65 @@ class OutputMeter {
     double s;
     double value;
   };
+
+  // The value or the slope at an instant.
+  Found MeasureAt(const Measurement& one) const {
+    const Found at = Find(*one.at);
+    if (!at.value) return at;
+    if (extension_ && !extension_->has_clock && one.at->time) return None(NoClock());
+    const double time = extension_ ? extension_->InPeriod(*at.value) : *at.value;
+    const double value = one.kind == MeasurementKind::kValue ? ValueAt(one.outputs, time) : SlopeAt(one.outputs, time);
+    return {value, time, "", at.note};
+  }
+
+  // What covers some time.
+  Found MeasureWindow(const Measurement& one) const {
+    const double end = one.end.value_or(problem_.horizon);
+    if (curves_.empty() || (ends_early_ && end > reached_)) return None(EndsAt());
+    ExtendedWindow window{.whole = 0, .parts = {{one.begin, end}}, .length = end - one.begin, .note = ""};
+    if (extension_) {
+      auto found = extension_->WindowOf(one);
+      if (const auto* fault = std::get_if<std::string>(&found)) return None(*fault);
+      window = std::get<ExtendedWindow>(std::move(found));
+    }
+    const auto integral = [&](int power) {
+      double sum = window.whole > 0 ? window.whole * Integral(one.outputs, 0, reached_, power) : 0;
+      for (const ExtendedWindow::Part& part : window.parts) sum += Integral(one.outputs, part.begin, part.end, power);
+      return sum;
+    };
+    const auto largest = [&](double sign) {
+      if (window.whole > 0) return Largest(one.outputs, 0, reached_, sign);
+      Extreme extreme = Largest(one.outputs, window.parts.front().begin, window.parts.front().end, sign);
+      for (const ExtendedWindow::Part& part : window.parts) {
+        const Extreme other = Largest(one.outputs, part.begin, part.end, sign);
+        if (other.value > extreme.value) extreme = other;
+      }
+      return extreme;
+    };
+    switch (one.kind) {
+      case MeasurementKind::kAverage:
+        return {integral(1) / window.length, {}, "", window.note};
+      case MeasurementKind::kRms:
+        return {std::sqrt(std::max(0.0, integral(2) / window.length)), {}, "", window.note};
+      case MeasurementKind::kIntegral:
+        return {integral(1), {}, "", window.note};
+      case MeasurementKind::kMinimum: {
+        const Extreme least = largest(-1);
+        return {-least.value, least.time, "", window.note};
+      }
+      case MeasurementKind::kMaximum: {
+        const Extreme most = largest(1);
+        return {most.value, most.time, "", window.note};
+      }
+      default:  // kPeakToPeak
+        return {largest(1).value + largest(-1).value, {}, "", window.note};
+    }
+  }
+
+  std::string NoClock() const {
+    return "a time means nothing in the period " + FormatNumber(extension_->period) +
+           " of the oscillation, which may begin anywhere.";
+  }
 
   Index RowOf(Index output) const { return std::lower_bound(rows_.begin(), rows_.end(), output) - rows_.begin(); }
 
@@ -282,17 +324,24 @@ class OutputMeter {
     return largest;
   }
 
+  static std::string NoteOf(double phase) { return "at t = " + FormatNumber(phase) + " of the period"; }
+
   // The time of `instant` as its value.
   Found Find(const MeasurementInstant& instant) const {
     if (curves_.empty()) return None(EndsAt());
     if (instant.time) {
       if (ends_early_ && *instant.time > reached_) return None(EndsAt());
-      return {*instant.time};
+      const bool is_later = extension_ && *instant.time > extension_->period;
+      return {*instant.time, {}, "", is_later ? NoteOf(extension_->InPeriod(*instant.time)) : ""};
     }
     const std::vector<double> times = Crossings(instant);
-    const auto count = static_cast<int>(times.size());
     const bool last = instant.number == MeasurementInstant::kLast;
-    if (last ? count > 0 : count >= instant.number) {
+    auto count = static_cast<int>(times.size());
+    if (extension_ && count > 0) {
+      const std::optional<double> time = extension_->CrossingOf(instant, times);
+      if (time) return {*time, {}, "", *time < extension_->period ? "" : NoteOf(extension_->InPeriod(*time))};
+      count = 0;
+    } else if (last ? count > 0 : count >= instant.number) {
       return {last ? times.back() : times[static_cast<std::size_t>(instant.number - 1)]};
     }
     const char* direction = instant.direction == CrossingDirection::kRising    ? " upwards"
@@ -304,8 +353,8 @@ class OutputMeter {
                 (ends_early_ ? " up to the end of the trajectory at t = " + FormatNumber(reached_) : "") + ".");
   }
 
-  // The first crossings in the direction of `instant`, as many as it needs. Between two places the quantity is monotone
-  // or on one side of the level, so the sides of the places show every crossing.
+  // The first crossings in the direction of `instant`, as many as it needs; of a period all. Between two places the
+  // quantity is monotone or on one side of the level, so the sides of the places show every crossing.
   std::vector<double> Crossings(const MeasurementInstant& instant) const {
     double size = std::abs(instant.level);
     std::vector<Place> places;
@@ -317,6 +366,12 @@ class OutputMeter {
       }
     }
     const double band = kCurveAccuracy * size;  // rounding is no crossing
+    // A period begins on the side on which it ends, so it is passed twice, and what happens the second time counts.
+    const std::size_t once = places.size();
+    if (extension_) {
+      places.reserve(2 * once);
+      std::copy_n(places.begin(), once, std::back_inserter(places));
+    }
     std::vector<double> times;
     int side = 0;             // of the last place outside of the band
     std::size_t outside = 0;  // that place
@@ -326,16 +381,19 @@ class OutputMeter {
       const int now = above > 0 ? 1 : -1;
       const bool counts = instant.direction == CrossingDirection::kEither ||
                           now == (instant.direction == CrossingDirection::kRising ? 1 : -1);
-      if (side != 0 && now != side && counts) {
+      if (side != 0 && now != side && counts && !(extension_ && k < once)) {
         std::size_t reached = outside + 1;
         while (now * (places[reached].value - instant.level) < 0) ++reached;
-        const double time = TimeOfSide(instant.outputs, instant.level, now, places[reached - 1], places[reached]);
-        if (time >= instant.after) times.push_back(time);
-        if (static_cast<int>(times.size()) == instant.number) return times;
+        const double time = reached == once
+                                ? places[reached].piece->begin  // from the end of a period to the next one
+                                : TimeOfSide(instant.outputs, instant.level, now, places[reached - 1], places[reached]);
+        if (extension_ || time >= instant.after) times.push_back(time);
+        if (!extension_ && static_cast<int>(times.size()) == instant.number) return times;
       }
       side = now;
       outside = k;
     }
+    std::sort(times.begin(), times.end());
     return times;
   }
 
@@ -354,6 +412,7 @@ class OutputMeter {
   }
 
   const Problem& problem_;
+  const std::optional<PeriodicExtension>& extension_;
   std::vector<Index> rows_;  // the outputs that the rows of the curves are
   std::vector<CurvePiece> curves_;
   double reached_ = 0;
@@ -384,7 +443,8 @@ bool HasMeasurements(const Problem& problem) {
   return !problem.measurements.empty() || !problem.outputs.limits.empty();
 }
 
-absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution& solution) {
+absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution& solution,
+                            const std::optional<PeriodicExtension>& extension) {
   if (!HasMeasurements(problem)) return absl::OkStatus();
   for (const Measurement& one : problem.measurements) {
     solution.measurements.push_back({one.name, {}, {}, "the solve was stopped before it was measured."});
@@ -395,7 +455,7 @@ absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution
       std::vector<Index> outputs(batch.outputs.begin(), batch.outputs.end());
       auto curves = OutputCurves(problem, solution, outputs, LevelsOf(batch));
       if (!curves.ok()) return curves.status();
-      const OutputMeter meter(problem, solution, std::move(outputs), *std::move(curves));
+      const OutputMeter meter(problem, solution, extension, std::move(outputs), *std::move(curves));
       for (const OutputLimit* limit : batch.limits) {
         meter.Compare(*limit, solution.reached_limits);
       }
@@ -410,13 +470,38 @@ absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution
         Found found = meter.Measure(problem.measurements[k]);
         MeasurementResult& result = solution.measurements[k];
         if (found.value && !std::isfinite(*found.value)) found = None("the value is not finite.");
-        result = {result.name, found.value, found.time, found.reason};
+        result = {result.name, found.value, found.time, found.reason, found.note};
       }
     }
     EvaluateFormulas(problem.measurements, solution.measurements);
   } catch (const Stopped&) {
   }
   return absl::OkStatus();
+}
+
+absl::StatusOr<Vector> MeanOutputs(const Problem& problem, const Solution& solution) {
+  const Index shown = problem.outputs.shown();
+  const auto most = static_cast<Index>(std::clamp(MostAtOnce(solution), 1.0, static_cast<double>(shown)));
+  Vector means = Vector::Zero(shown);
+  try {
+    for (Index first = 0; first < shown; first += most) {
+      std::vector<Index> outputs;
+      for (Index k = first; k < std::min(shown, first + most); ++k) outputs.push_back(k);
+      const auto curves = OutputCurves(problem, solution, outputs);
+      if (!curves.ok()) return curves.status();
+      auto sums = means.segment(first, static_cast<Index>(outputs.size()));
+      double length = 0;
+      for (const CurvePiece& piece : *curves) {
+        sums += (piece.end - piece.begin) * piece.z.col(0);
+        length += piece.end - piece.begin;
+      }
+      if (!(length > 0)) return Vector();
+      sums /= length;
+    }
+  } catch (const Stopped&) {
+    return Vector();
+  }
+  return means;
 }
 
 }  // namespace dlcs

@@ -4,7 +4,11 @@
 #ifndef DLCS_CORE_OUTPUTS_MEASURE_OUTPUTS_H_
 #define DLCS_CORE_OUTPUTS_MEASURE_OUTPUTS_H_
 
+#include <optional>
+
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/outputs/periodic_extension.h"
 #include "core/problem/problem.h"
 #include "core/problem/solution.h"
 
@@ -22,7 +26,16 @@ bool HasMeasurements(const Problem& problem);
 // trajectory must be all nodes (`has_all_nodes`); between output times alone nothing is measured.
 // Limits are then compared at these times, after the solve did so at its nodes (core/context/limit_watch.h). Cost: some
 // microseconds for each output and piece.
-absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution& solution);
+//
+// With `extension` the solution is one period, `problem` is that of this period but for its measurements, and these are
+// of the solution repeated for ever; results have notes that say what was measured. Times in them are of the period,
+// but for values that are times or delays.
+absl::Status MeasureOutputs(const Problem& problem, bool has_all_nodes, Solution& solution,
+                            const std::optional<PeriodicExtension>& extension = {});
+
+// The averages over time of the outputs that are not hidden, of a solution with pieces; exact where MeasureOutputs()
+// is. Empty if there are none, or the solve is stopped. Errors and cost: as there.
+absl::StatusOr<Vector> MeanOutputs(const Problem& problem, const Solution& solution);
 
 }  // namespace dlcs
 

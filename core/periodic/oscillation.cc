@@ -13,10 +13,8 @@
 namespace dlcs {
 namespace {
 
-constexpr double kVaries = 1e-6;   // of the size of a state
-constexpr double kReturns = 0.05;  // of the range of a state
-constexpr std::size_t kMaxReturns = 64;
-constexpr int kSamples = 16;  // of a piece
+constexpr double kVaries = 1e-6;  // of the size of a state
+constexpr int kSamples = 16;      // of a piece
 // Where the section is in the range of its state: thresholds of symmetric circuits are in the middle, and there y
 // jumps.
 constexpr double kSection = 0.38;
@@ -88,24 +86,23 @@ std::variant<Oscillation, std::string> FindOscillation(const Solution& solution,
     return "No oscillation was found: the solution from x0 passes no state twice on the second half of " + until +
            ". Follow it for several periods.";
   }
+  // The last crossing comes nearest to the one a period before: the way to a limit cycle is longer the earlier it was.
+  // Where it has arrived, all differences are errors.
   const Crossing& last = crossings.back();
-  std::size_t best = 0;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t back = 1; back < std::min(crossings.size(), kMaxReturns); ++back) {
-    const Crossing& earlier = crossings[crossings.size() - 1 - back];
-    double distance = 0;
+  Vector distances(static_cast<Index>(crossings.size()) - 1);
+  for (Index k = 0; k < distances.size(); ++k) {
+    const Crossing& earlier = crossings[static_cast<std::size_t>(k)];
+    distances[k] = 0;
     for (Index i = 0; i < m; ++i) {
       if (range[i] > kVaries * size[i]) {
-        distance = std::max(distance, std::abs(last.state[i] - earlier.state[i]) / range[i]);
+        distances[k] = std::max(distances[k], std::abs(last.state[i] - earlier.state[i]) / range[i]);
       }
     }
-    if (distance < nearest) {
-      nearest = distance;
-      best = back;
-    }
-    if (distance <= kReturns) break;
   }
-  return Oscillation{last.state, last.y, last.time - crossings[crossings.size() - 1 - best].time};
+  const double nearest = std::max(distances.minCoeff(), solution.accuracy.error);
+  Index back = distances.size() - 1;
+  while (back > 0 && !(distances[back] <= nearest)) --back;
+  return Oscillation{last.state, last.y, last.time - crossings[static_cast<std::size_t>(back)].time};
 }
 
 }  // namespace dlcs

@@ -18,10 +18,11 @@ struct Oscillation {
   double period = 0;  // after this time
 };
 
-// Looks for an oscillation in the second half of `solution`, which has pieces up to `horizon`. The section is a
-// value between the largest and the smallest one of the state that varies most relative to its size; the period is the
-// shortest time between the last crossing upwards and an earlier one at which all states are near the same values. A
-// sentence where there is none: the state comes to rest, or the solution is shorter than two periods.
+// Looks for an oscillation in the second half of `solution`, which has pieces up to `horizon`. The section is a value
+// between the largest and the smallest one of the state that varies most relative to its size; the period is the time
+// between the last crossing upwards and the one before it at which all states come nearest to the same values, and of
+// several within the error of the solution the last one. A sentence where there is none: the state comes to rest, or
+// the solution is shorter than two periods.
 std::variant<Oscillation, std::string> FindOscillation(const Solution& solution, double horizon);
 
 }  // namespace dlcs

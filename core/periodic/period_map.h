@@ -26,7 +26,8 @@ struct PeriodSolve {
   Solution solution = {};  // with pieces and flow
   bool reached = false;    // the end, with whatever error
   Vector end = {};         // x(period⁻)
-  Vector size = {};        // max |x_i|, or a scale for a state that rests at zero
+  Vector own = {};         // max |x_i|
+  Vector size = {};        // the same, or a scale for a state that rests at zero
   Vector range = {};       // max x_i - min x_i
   Vector error = {};       // of each x_i, estimated, relative to its size
   // With the rule history, where x alone does not determine y; empty otherwise.
@@ -51,8 +52,13 @@ class PeriodMap {
   absl::StatusOr<PeriodSolve> Solve(const Vector& start, const Vector& y_before, double period, double tolerance,
                                     bool as_asked);
 
-  // The number of solves, with those that event_driven repeated.
+  // Solves the period after `solve` from `start`, near its end, with rates that are some ulps faster, and with steps
+  // that err twice as much if `tolerance` was that of `solve`: so both differ by the errors of `solve`.
+  absl::StatusOr<PeriodSolve> SolveOtherwise(const PeriodSolve& solve, const Vector& start, double tolerance);
+
+  // The number of solves, with those that event_driven repeated, and their work.
   Index solves() const { return solves_; }
+  Index work() const { return work_; }
   const Plan& plan() const { return plan_; }
   // With the start and the period of the last solve.
   const Problem& problem() const { return problem_; }
@@ -66,6 +72,7 @@ class PeriodMap {
   std::chrono::steady_clock::time_point started_;
   Vector largest_;  // |x_i| so far
   Index solves_ = 0;
+  Index work_ = 0;
 };
 
 // x of a piece at `time`.

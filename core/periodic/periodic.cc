@@ -10,22 +10,25 @@
 #include <utility>
 
 #include "core/driver/report.h"
+#include "core/driver/step_control.h"
+#include "core/event_driven/event_driven.h"
 #include "core/event_driven/mode_sizes.h"
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/periodic/oscillation.h"
 #include "core/periodic/period_map.h"
+#include "core/periodic/stability.h"
 #include "core/problem/source_periods.h"
 #include "core/problem/violation_list.h"
 
 namespace dlcs {
 namespace {
 
-// Periods integrated before the search ends. Newton's method needs a few; the transient that replaces it may need more.
-constexpr Index kMaxPeriods = 400;
 // If a pivot of I - dΦ/dx0 is below this part of the largest one, a multiplier counts as 1.
 constexpr double kSingular = 1e-11;
-constexpr int kMaxSingular = 12;  // periods in a row
+// The transient is followed for so many periods at least before the search ends. Where a mode lasts for no step there
+// is no derivative and no other way, and errors of a multiplier of 0.95 decay to 1e-9 in so many.
+constexpr Index kPeriods = 400;
 constexpr int kMaxElsewhere = 3;  // periods after which x returned, but on another branch
 // A residual, relative to the sizes, below which a start counts as periodic.
 constexpr double kIsPeriodic = 1e-8;
@@ -38,14 +41,14 @@ constexpr double kShare = 0.1;
 // An oscillation that is smaller than this part of the size of every state is an equilibrium.
 constexpr double kAtRest = 1e-6;
 constexpr double kShortestStep = 1.0 / 8;  // of Newton's
-constexpr Index kLongestRun = 32;          // of periods without a Newton step
-constexpr double kUnstable = 1 + 1e-6;
+constexpr double kShorter = 3.0 / 4;       // each of Newton's full steps shortens the next one to this part
 
 // A solve of one period with the Newton step from its start. Unknowns are the states in units of their sizes, and after
 // them the period in its own units if it is unknown.
 struct Iterate {
   PeriodSolve solve;
   bool is_accurate = false;
+  double tolerance = 0;  // of the solve
   Vector scale = {};     // of the unknowns
   Vector residual = {};  // x(P) - x(0), in these units; 0 for the phase condition
   Matrix inverse = {};   // of the derivative of -residual; empty where it is singular or not known
@@ -56,11 +59,23 @@ struct Iterate {
   bool has_step() const { return step.size() > 0; }
 };
 
+// Where the solution from x0 is that is followed, period after period.
+struct Transient {
+  Vector x, y;  // at the end of the last period
+  double period = 0;
+  double residual = std::numeric_limits<double>::quiet_NaN();  // of that period
+  bool is_near = false;
+};
+
 class Search {
  public:
-  Search(const Problem& problem, const Options& options, Plan plan, Observer& observer, std::stop_token stop)
+  // `horizon`: that of the problem of which `problem` is one period.
+  Search(const Problem& problem, double horizon, const Options& options, Plan plan, Observer& observer,
+         std::stop_token stop)
       : asked_(options),
         problem_(problem),
+        horizon_(horizon),
+        most_work_(kPatience * MaxDefaultEventWork(0, BreakPoints(problem).size())),
         finds_period_(options.period == Options::kFindPeriod),
         tolerance_(options.error_tolerance > 0 ? options.error_tolerance : Options::kDefaultErrorTolerance),
         tight_(kShare * tolerance_),
@@ -75,30 +90,37 @@ class Search {
   absl::StatusOr<Iterate> Evaluate(const Vector& start, const Vector& y_before, double period, bool accurate);
   void AddStep(Iterate& iterate) const;
   absl::Status Iterations();
+  absl::StatusOr<Outcome> RunNewton();
   absl::Status TakeNewtonStep(bool& accepted);
-  absl::Status FollowOnePeriod();
-  Outcome Judge();
+  absl::Status FollowOnePeriod(Transient& transient);
+  absl::Status AddStability();
+  Outcome Judge(bool is_transient);
   bool IsAnswer();
   bool IsNear() const;
   bool Repeats() const;  // the period ends on the branch on which it began
   bool IsAtRest() const;
+  bool IsUnstable() const;
+  bool IsAtEnd() const;
   bool HasShorterPeriod(Index& parts) const;
   void Fail(std::string why);
+  void FailAtEnd();
   Solution Finish(double phase);
 
   const Options& asked_;
   const Problem& problem_;
+  const double horizon_;
+  const Index most_work_;
   const bool finds_period_;
   const double tolerance_;
   double tight_;  // of an accurate solve
   PeriodMap map_;
-  Index solves_before_ = 0;  // of the transient in which the oscillation was found
+  Index solves_before_ = 0, work_before_ = 0;  // of the transient in which the oscillation was found
   Iterate current_;
   Index newton_steps_ = 0;
-  int singular_in_a_row_ = 0, elsewhere_ = 0;
-  // While one period follows the other: the residual of the previous one, and the error of the start that the decay of
-  // residuals implies.
-  double residual_before_ = std::numeric_limits<double>::quiet_NaN();
+  Index followed_ = 0, idle_ = 0;  // periods of the transient; accepted steps of Newton's method without progress
+  int elsewhere_ = 0;
+  StabilityJudgement stability_;
+  // The error of the start that the decay of residuals implies, while one period follows the other.
   double error_of_transient_ = std::numeric_limits<double>::quiet_NaN();
   bool found_ = false;
   std::string why_none_;
@@ -106,9 +128,10 @@ class Search {
 
 absl::StatusOr<Iterate> Search::Evaluate(const Vector& start, const Vector& y_before, double period, bool accurate) {
   const double loose = std::min(tolerance_, kLooseTolerance);
-  auto solve = map_.Solve(start, y_before, period, accurate ? std::min(tight_, loose) : loose, accurate);
+  const double tolerance = accurate ? std::min(tight_, loose) : loose;
+  auto solve = map_.Solve(start, y_before, period, tolerance, accurate);
   if (!solve.ok()) return solve.status();
-  Iterate iterate{.solve = *std::move(solve), .is_accurate = accurate};
+  Iterate iterate{.solve = *std::move(solve), .is_accurate = accurate, .tolerance = tolerance};
   if (iterate.solve.reached) AddStep(iterate);
   return iterate;
 }
@@ -146,6 +169,7 @@ absl::Status Search::FindStart(Vector& start, Vector& y_before, double& period) 
   auto transient = map_.Solve(problem_.x0, Vector(), problem_.horizon, kLooseTolerance, /*as_asked=*/false);
   if (!transient.ok()) return transient.status();
   solves_before_ = map_.solves();
+  work_before_ = map_.work();
   current_.solve = *std::move(transient);
   if (!current_.solve.reached) return absl::OkStatus();
   auto found = FindOscillation(current_.solve.solution, problem_.horizon);
@@ -166,6 +190,13 @@ bool Search::IsNear() const { return MaxAbs(current_.has_step() ? current_.step 
 bool Search::Repeats() const { return current_.solve.IsOnBranch(current_.solve.y_end); }
 
 bool Search::IsAtRest() const { return (current_.solve.range.array() <= kAtRest * current_.solve.size.array()).all(); }
+
+// The solution was followed for many periods, as far as a solve does, or longer where that takes no more work than a
+// solve may take by default.
+bool Search::IsAtEnd() const {
+  return followed_ >= kPeriods && static_cast<double>(followed_) * current_.solve.period >= horizon_ &&
+         map_.work() - work_before_ >= most_work_;
+}
 
 bool Search::IsAnswer() {
   if (!current_.is_accurate || !Repeats()) return false;
@@ -192,9 +223,11 @@ bool Search::HasShorterPeriod(Index& parts) const {
   return false;
 }
 
-Search::Outcome Search::Judge() {
+Search::Outcome Search::Judge(bool is_transient) {
   if (!current_.solve.reached) return Outcome::kNone;
   if (finds_period_ && IsAtRest()) {
+    // Newton's method may also end in a period of no length, or in an equilibrium that the solution leaves.
+    if (!is_transient) return Outcome::kSearching;
     Fail("No oscillation was found: the solution decays to an equilibrium.");
     return Outcome::kNone;
   }
@@ -212,21 +245,26 @@ Search::Outcome Search::Judge() {
         "that of a comparator which has switched. Try twice the period.");
     return Outcome::kNone;
   }
-  singular_in_a_row_ = current_.is_singular ? singular_in_a_row_ + 1 : 0;
-  if (singular_in_a_row_ >= kMaxSingular) {
-    Fail("No periodic solution was found: 1 is a multiplier, and x still changes by " +
-         FormatNumber(MaxAbs(current_.residual)) +
-         " of its size in a period. Something grows from period to period (a resonance without losses, or an "
-         "integrator whose input has a mean), or comes to rest slowly.");
-    return Outcome::kNone;
-  }
-  if (map_.solves() - solves_before_ >= kMaxPeriods) {
-    Fail("No periodic solution was found in " + std::to_string(map_.solves() - solves_before_) +
-         " periods: x still changes by " + FormatNumber(MaxAbs(current_.residual)) +
-         " of its size in a period. Start from an x0 that is nearer, or try a multiple of the period.");
-    return Outcome::kNone;
-  }
   return Outcome::kSearching;
+}
+
+// Why nothing was found up to the end of the search.
+void Search::FailAtEnd() {
+  const std::string change = FormatNumber(MaxAbs(current_.residual)) + " of its size in a period.";
+  if (current_.is_singular) {
+    return Fail("No periodic solution was found: 1 is a multiplier, and x still changes by " + change +
+                " Something grows from period to period (a resonance without losses, or an integrator whose input has "
+                "a mean), or comes to rest slowly.");
+  }
+  Fail("No periodic solution was found in " + std::to_string(map_.solves() - solves_before_) + " periods, in " +
+       std::to_string(followed_) + " of which the solution from x0 was followed: x still changes by " + change +
+       " Start from an x0 that is nearer, or try a multiple of the period.");
+}
+
+// Of a search that is not at its end, the solution through the last start.
+bool Search::IsUnstable() const {
+  const auto multipliers = MultipliersOf(DerivativeAcross(current_.solve, current_.solve.size, finds_period_).value);
+  return !multipliers.empty() && std::abs(multipliers.front()) > 1;
 }
 
 absl::Status Search::TakeNewtonStep(bool& accepted) {
@@ -254,7 +292,7 @@ absl::Status Search::TakeNewtonStep(bool& accepted) {
         Vector residual = Vector::Zero(current_.residual.size());
         residual.head(m) = (trial->solve.end - trial->solve.start).cwiseQuotient(current_.scale.head(m));
         const double next = MaxAbs(current_.inverse * residual);
-        accepted = next <= (1 - part / 4) * MaxAbs(current_.step) || next <= tolerance_ / 2;
+        accepted = next <= (1 - part * (1 - kShorter)) * MaxAbs(current_.step) || next <= tolerance_ / 2;
       }
       if (accepted) {
         ++newton_steps_;
@@ -262,59 +300,108 @@ absl::Status Search::TakeNewtonStep(bool& accepted) {
         return absl::OkStatus();
       }
     }
-    // If the solution is stable, it is better to follow it.
-    const auto multipliers = MultipliersOf(current_.solve.flow().derivative);
+    // If the solution is stable, it is better to follow it first.
     if (finds_period_ && !is_sensible) continue;
-    if (multipliers.empty() || std::abs(multipliers.front()) <= kUnstable) return absl::OkStatus();
+    if (!IsUnstable() && ++idle_ > followed_) return absl::OkStatus();
   }
   return absl::OkStatus();
 }
 
-absl::Status Search::FollowOnePeriod() {
-  const double before = MaxAbs(current_.residual);
-  auto next = Evaluate(current_.solve.end, current_.solve.y_end, current_.solve.period, IsNear());
+absl::Status Search::FollowOnePeriod(Transient& transient) {
+  auto next = Evaluate(transient.x, transient.y, transient.period, transient.is_near);
   if (!next.ok()) return next.status();
+  ++followed_;
   current_ = *std::move(next);
+  if (!current_.solve.reached) return absl::OkStatus();
+  const double residual = MaxAbs(current_.residual);
   // What is left of a residual that shrinks by the same factor in every period.
-  const double factor = MaxAbs(current_.residual) / before;
+  const double factor = residual / transient.residual;
   error_of_transient_ = std::numeric_limits<double>::infinity();
-  if (MaxAbs(current_.residual) == 0) error_of_transient_ = 0;
-  if (factor < 1 && residual_before_ == before) error_of_transient_ = MaxAbs(current_.residual) / (1 - factor);
-  residual_before_ = MaxAbs(current_.residual);
+  if (residual == 0) error_of_transient_ = 0;
+  if (factor < 1) error_of_transient_ = residual / (1 - factor);
+  transient = {current_.solve.end, current_.solve.y_end, current_.solve.period, residual, IsNear()};
   return absl::OkStatus();
 }
 
-absl::Status Search::Iterations() {
-  Index run = 1;
-  while (true) {
-    const Outcome outcome = Judge();
-    if (outcome == Outcome::kNone) return absl::OkStatus();
-    if (outcome == Outcome::kFound) {
-      Index parts = 1;
-      if (!finds_period_ || !HasShorterPeriod(parts)) {
-        found_ = true;
-        return absl::OkStatus();
-      }
+// Newton's method from the last period, until it finds something, or wanders.
+//
+// Each step claims to shorten the way to the answer: the next step, taken with the same matrix, is shorter by the part
+// that TakeNewtonStep() asks for. With its own matrix it may be longer, as where the modes that the solution passes
+// change with its start. Such steps are no progress, nor are shorter ones that are tried on the way to a stable
+// solution. The method may take no more of both than periods of the transient were followed, so that it costs no more
+// than the transient does; steps that do shorten the way are few.
+absl::StatusOr<Search::Outcome> Search::RunNewton() {
+  bool wanders = false;
+  for (bool is_first = true; true; is_first = false) {
+    const Outcome outcome = Judge(/*is_transient=*/is_first);
+    Index parts = 1;
+    if (outcome == Outcome::kFound && finds_period_ && HasShorterPeriod(parts)) {
       auto shorter = Evaluate(current_.solve.start, current_.solve.y_before,
                               current_.solve.period / static_cast<double>(parts), true);
       if (!shorter.ok()) return shorter.status();
       current_ = *std::move(shorter);
       continue;
     }
+    if (outcome != Outcome::kSearching) return outcome;
+    if (wanders || !current_.has_step() || (!Repeats() && IsNear())) return outcome;
+    const Vector unit = current_.scale;
+    const double before = MaxAbs(current_.step);
     bool accepted = false;
-    if (current_.has_step() && (Repeats() || !IsNear())) {
-      if (absl::Status status = TakeNewtonStep(accepted); !status.ok()) return status;
-    }
-    if (accepted) {
-      run = 1;
-      continue;
-    }
-    for (Index k = 0; k < run && current_.solve.reached; ++k) {
-      if (absl::Status status = FollowOnePeriod(); !status.ok()) return status;
-      if (!current_.has_step() && IsAnswer()) break;
-    }
-    run = std::min(2 * run, kLongestRun);
+    if (absl::Status status = TakeNewtonStep(accepted); !status.ok()) return status;
+    if (!accepted) return outcome;
+    const bool is_shorter = current_.has_step() &&
+                            MaxAbs(current_.step.cwiseProduct(current_.scale).cwiseQuotient(unit)) <= kShorter * before;
+    wanders = (finds_period_ && IsAtRest()) || (!is_shorter && ++idle_ > followed_);
   }
+}
+
+// Newton's method, and where it wanders the transient for as many periods as the method took, and so on.
+absl::Status Search::Iterations() {
+  Transient transient{current_.solve.end, current_.solve.y_end, current_.solve.period};
+  if (current_.solve.reached) {
+    transient.residual = MaxAbs(current_.residual);
+    transient.is_near = IsNear();
+  }
+  while (true) {
+    const Index solves = map_.solves();
+    const auto outcome = RunNewton();
+    if (!outcome.ok()) return outcome.status();
+    found_ = *outcome == Outcome::kFound;
+    if (*outcome != Outcome::kSearching) return absl::OkStatus();
+    if (IsAtEnd()) break;
+    for (Index left = std::max<Index>(1, map_.solves() - solves); left > 0 && !IsAtEnd(); --left) {
+      if (absl::Status status = FollowOnePeriod(transient); !status.ok()) return status;
+      if (!current_.solve.reached) break;
+    }
+  }
+  FailAtEnd();
+  return absl::OkStatus();
+}
+
+// Solves the period once more, from a start as far away as the error of x(0) allows. A disturbance of x(0) may be off
+// the constraints that the state obeys there; what is left of it after the period is not.
+absl::Status Search::AddStability() {
+  const PeriodSolve& solve = current_.solve;
+  if (!solve.has_derivative()) return absl::OkStatus();
+  const Index m = solve.start.size();
+  KnownDerivative derivative = DerivativeAcross(solve, solve.size, finds_period_);
+  Matrix changes = Matrix::Constant(m, m, std::numeric_limits<double>::infinity());
+  // Where the solution only touches a guard, the derivative is that of one side.
+  if (current_.has_step() && !solve.flow().grazes) {
+    const Vector away = current_.step.head(m).cwiseAbs() + current_.errors.head(m);
+    const auto forwards = current_.step.head(m).array() >= 0;
+    const Vector change = forwards.select(away, -away).cwiseProduct(solve.size);
+    const auto other = map_.SolveOtherwise(solve, solve.end + solve.flow().derivative * change, current_.tolerance);
+    if (!other.ok()) return other.status();
+    if (other->reached && other->has_derivative()) {
+      const KnownDerivative second = DerivativeAcross(*other, solve.size, finds_period_);
+      changes = (second.value - derivative.value).cwiseAbs() +
+                kRoundedUlps * std::numeric_limits<double>::epsilon() * derivative.value.cwiseAbs();
+    }
+  }
+  derivative.errors += changes;
+  stability_ = JudgeStability(derivative);
+  return absl::OkStatus();
 }
 
 // Removes jumps at 0 that are no larger than the errors: the start is then the state after them.
@@ -339,6 +426,8 @@ Solution Search::Finish(double phase) {
     SetAverages(solution, record);
   }
   if (found_) {
+    record.stability = stability_.stability;
+    record.growth = stability_.growth;
     Accuracy& accuracy = solution.accuracy;
     const Index m = solve.start.size();
     const Vector of_start = current_.has_step() ? Vector(current_.step.cwiseAbs() + current_.errors)
@@ -407,6 +496,9 @@ absl::StatusOr<Solution> Search::Run(double phase) {
   if (!first.ok()) return first.status();
   current_ = *std::move(first);
   if (absl::Status status = Iterations(); !status.ok()) return status;
+  if (found_) {
+    if (absl::Status status = AddStability(); !status.ok()) return status;
+  }
   return Finish(phase);
 }
 
@@ -415,8 +507,8 @@ absl::StatusOr<Solution> Search::Run(double phase) {
 absl::StatusOr<Solution> SolvePeriodic(const Problem& problem, const Options& options, Observer& observer,
                                        std::stop_token stop, SetupCache* setups) {
   const auto started = std::chrono::steady_clock::now();
-  const OnePeriod one =
-      options.period > 0 ? ProblemOfOnePeriod(problem, options.period) : OnePeriod{.problem = problem};
+  OnePeriod one = options.period > 0 ? ProblemOfOnePeriod(problem, options.period) : OnePeriod{.problem = problem};
+  one.problem.measurements.clear();  // their times are those of the problem
   // Up to T it is valid; a period may be longer.
   if (const auto violations = Validate(one.problem); !violations.empty()) return StatusOf(violations);
   auto plan = MakePlan(one.problem, options, setups);
@@ -429,7 +521,7 @@ absl::StatusOr<Solution> SolvePeriodic(const Problem& problem, const Options& op
   observer.OnAnalysis(report);
   if (plan->is_refused()) return Refusal(one.problem, *plan, report);
   const double predicted_bytes = plan->predicted_bytes;
-  Search search(one.problem, options, *std::move(plan), observer, std::move(stop));
+  Search search(one.problem, problem.horizon, options, *std::move(plan), observer, std::move(stop));
   auto solution = search.Run(one.phase);
   if (!solution.ok()) return solution;
   solution->cost.predicted_bytes = predicted_bytes;

@@ -22,17 +22,17 @@ class SetupCache;
 //
 // Newton's method is applied to x0 - Φ(x0) = 0, where Φ follows event_driven over one period, with the monodromy matrix
 // dΦ/dx0 of core/event_driven/flow_derivative.h. A step is accepted if it shortens the step of the same matrix from its
-// end (the natural monotonicity test), which depends on no norm of the residual. Otherwise the solution is followed for
-// one period more, then two, four, ...; if it moves away from an unstable solution, the step is halved first. For an
-// unknown P the phase is fixed by x'(0)'(x0 - its last value) = 0.
+// end (the natural monotonicity test), which depends on no norm of the residual. Where the method makes no progress,
+// the solution from x0 is followed for as many periods as it took, and it begins again from there. For an unknown P the
+// phase is fixed by x'(0)'(x0 - its last value) = 0.
 //
 // With the rule kHistory the start is x and the branch of solutions that y is on; both must return.
 //
 // The error is that of (I - dΦ/dx0)⁻¹ times the residual and the errors of a period, and joins the accuracy of the
 // solution, so that the verdict contains it. If no periodic solution is found, or it is not isolated, the result is a
 // solution that says why (kNotPeriodic), with what is known about the last period. `options` must have a period, the
-// method kEventDriven, and have passed CheckPeriod(). Errors: as core/solve.h. Cost: 2 to 6 solves of a period, with m
-// more columns each.
+// method kEventDriven, and have passed CheckPeriod(). Errors: as core/solve.h. Cost: 3 to 7 solves of a period, with m
+// more columns each; the last one is for the errors of the multipliers (core/periodic/stability.h).
 absl::StatusOr<Solution> SolvePeriodic(const Problem& problem, const Options& options, Observer& observer,
                                        std::stop_token stop, SetupCache* setups);
 

@@ -117,6 +117,7 @@ struct MeasurementResult {
   std::optional<double> value;  // absent if there is none
   std::optional<double> time;   // of the minimum, the maximum, the value; the begin of the delay
   std::string reason;           // why there is no value
+  std::string note = {};        // what was measured, where that is not what was asked for word by word
 };
 
 // The flow of event_driven from 0 to T.
@@ -125,6 +126,14 @@ struct FlowRecord {
   Vector begin_slope;   // x'(0⁺)
   Vector end_slope;     // x'(T⁻)
   bool grazes = false;  // a guard only touched zero at an event: the derivative holds on one side at best
+  Index work = 0;       // of the solve (EventRecord::Work)
+};
+
+// What becomes of small disturbances of a periodic solution.
+enum class Stability {
+  kUndetermined,  // a multiplier is 1 in size within its error, or the multipliers or their errors are not known
+  kStable,        // they die out
+  kUnstable,      // some grow
 };
 
 // A periodic steady state, or the state of a search that failed (core/periodic/periodic.h).
@@ -133,8 +142,13 @@ struct PeriodicRecord {
   // The eigenvalues of the derivative of x(period) with respect to x(0), the largest first. The solution is stable if
   // all are inside the unit circle. An autonomous oscillation always has one that is 1, which does not count.
   std::vector<std::complex<double>> multipliers;
+  std::optional<Stability> stability;  // absent if no periodic solution was found
+  // The size of the largest multiplier that counts, minus 1: by which part disturbances grow in a period. NaN if it is
+  // not known.
+  double growth = std::numeric_limits<double>::quiet_NaN();
   // The averages over one period, exact for the polynomials of the steps; that of y without multipliers of jumps.
   Vector mean_x, mean_y, mean_w;
+  Vector mean_outputs;  // of the outputs that are not hidden; those of y in them likewise
   double residual = std::numeric_limits<double>::quiet_NaN();  // the largest |x_i(period) - x_i(0)| / max |x_i|
   // The largest error of a component, relative to its size, from the residual and the errors of one period. If a
   // multiplier is near 1, it is much larger than these.

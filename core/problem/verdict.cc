@@ -139,9 +139,29 @@ void JudgeErrors(const Accuracy& accuracy, Verdict& verdict) {
   }
 }
 
-}  // namespace
+// "1.7 %", or of what more than doubles "a factor of 4.8".
+std::string GrowthText(double growth) {
+  return growth > 1 ? "a factor of " + Figure(1 + growth) : Figure(100 * growth) + " %";
+}
 
-Verdict JudgeSolution(const Solution& solution) {
+// A periodic solution that no transient ends in is not to be used, however accurate it is.
+void AddStability(const Solution& solution, Verdict& verdict) {
+  if (!solution.periodic) return;
+  const PeriodicRecord& periodic = *solution.periodic;
+  if (periodic.stability == Stability::kUndetermined) verdict.text += "; whether it is stable is not known";
+  if (periodic.stability != Stability::kUnstable) return;
+  const bool was_solved = verdict.kind == VerdictKind::kSolved;
+  const std::string grows = "disturbances grow by " + GrowthText(periodic.growth) + " a period";
+  verdict.text =
+      "unstable: " + grows + "; " + (was_solved ? "estimated error " + Figure(solution.accuracy.error) : verdict.text);
+  verdict.kind = was_solved ? VerdictKind::kErrorEstimated : verdict.kind;
+  verdict.success = false;
+  verdict.concerns.insert(verdict.concerns.begin(), "The periodic solution is unstable: " + grows +
+                                                        ", so that no solution from another state stays near it.");
+}
+
+// Of termination, accuracy, certificate and reached limits.
+Verdict JudgeTrajectory(const Solution& solution) {
   const Accuracy& accuracy = solution.accuracy;
   Verdict verdict;
   if (solution.termination != Termination::kReachedEnd) {
@@ -166,6 +186,14 @@ Verdict JudgeSolution(const Solution& solution) {
   if (!verdict.success && verdict.text.starts_with("reached T,")) {
     verdict.text = "reached T: " + WithSmallLetter(verdict.concerns.front());
   }
+  return verdict;
+}
+
+}  // namespace
+
+Verdict JudgeSolution(const Solution& solution) {
+  Verdict verdict = JudgeTrajectory(solution);
+  if (solution.termination == Termination::kReachedEnd) AddStability(solution, verdict);
   return verdict;
 }
 

@@ -29,8 +29,9 @@ struct Verdict {
 // With an error of more than half of a number, its first digit is not known: no success, even where steps were given.
 inline constexpr double kFirstDigit = 0.5;
 
-// Depends on termination, accuracy, certificate and reached limits alone. A solution with a concern is never kSolved,
-// and never a success. Steps that were given are a success if the error of each component is below its size.
+// Depends on termination, accuracy, certificate, reached limits and the stability of a periodic solution alone. A
+// solution with a concern is never kSolved, and never a success. Steps that were given are a success if the error of
+// each component is below its size.
 Verdict JudgeSolution(const Solution& solution);
 
 // "SOLVED", "ERROR_ESTIMATED", "ERROR_UNKNOWN", "NOT_SOLVED".

@@ -211,6 +211,7 @@ v1::MeasurementResult ToProto(const MeasurementResult& measured) {
   if (measured.value) result.set_value(*measured.value);
   if (measured.time) result.set_time(*measured.time);
   result.set_reason(measured.reason);
+  result.set_note(measured.note);
   return result;
 }
 

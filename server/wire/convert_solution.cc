@@ -198,6 +198,18 @@ v1::ContourRecord ToProto(const ContourRecord& record) {
   return result;
 }
 
+v1::Stability ToProto(Stability stability) {
+  switch (stability) {
+    case Stability::kStable:
+      return v1::STABILITY_STABLE;
+    case Stability::kUnstable:
+      return v1::STABILITY_UNSTABLE;
+    case Stability::kUndetermined:
+      return v1::STABILITY_UNDETERMINED;
+  }
+  return v1::STABILITY_UNSPECIFIED;
+}
+
 v1::PeriodicSolution ToProto(const PeriodicRecord& record) {
   v1::PeriodicSolution result;
   result.set_period(record.period);
@@ -206,6 +218,8 @@ v1::PeriodicSolution ToProto(const PeriodicRecord& record) {
     out.set_real(multiplier.real());
     out.set_imaginary(multiplier.imag());
   }
+  if (record.stability) result.set_stability(ToProto(*record.stability));
+  if (!std::isnan(record.growth)) result.set_growth(record.growth);
   Append(record.mean_x, *result.mutable_mean_x());
   Append(record.mean_y, *result.mutable_mean_y());
   Append(record.mean_w, *result.mutable_mean_w());
@@ -214,6 +228,7 @@ v1::PeriodicSolution ToProto(const PeriodicRecord& record) {
   result.set_periods(Count(record.periods));
   result.set_newton_iterations(Count(record.newton_iterations));
   result.set_phase(record.phase);
+  Append(record.mean_outputs, *result.mutable_mean_outputs());
   return result;
 }
 

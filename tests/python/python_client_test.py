@@ -81,6 +81,13 @@ class SolveTest(unittest.TestCase):
         periodic = sol.summary.periodic
         self.assertAlmostEqual(periodic.multipliers[0].real, math.exp(-0.01 * period), 12)
         self.assertAlmostEqual(periodic.mean_x[0], 0, 8)
+        self.assertAlmostEqual(1 + periodic.growth, math.exp(-0.01 * period), 12)
+        self.assertNotIn("stable", sol.message)
+        # Backwards in time it is unstable.
+        unstable = dlcs.solve(**(system | {"A": [[0.01]]}), t_span=(0, 10), period=period, tol=1e-9)
+        self.assertFalse(unstable.success)
+        self.assertIn("unstable: disturbances grow by 2.1 % a period", unstable.message)
+        self.assertAlmostEqual(unstable.summary.periodic.growth, math.expm1(0.01 * period), 12)
         with self.assertRaisesRegex(dlcs.InvalidArgument, "period of every source"):
             dlcs.solve(**system, t_span=(0, 10), period=2)
 

@@ -351,6 +351,7 @@ test("shows what is known of a periodic solution", async () => {
   await page.getByRole("heading", { name: "Periodic solution" }).waitFor(kPatience);
   const fact = (term) => page.locator(".facts div", { hasText: term }).locator("dd").first().textContent();
   assert.equal(await fact("Multipliers"), Math.exp((-0.01 * 2 * Math.PI) / 3).toPrecision(6));
+  assert.equal(await fact("Stability"), "stable: disturbances shrink by 2.1 % a period");
   assert.equal(await fact("Averages of x"), "x1 2");
   // y is 0, and its axis ends at 1.
   await eventually(page, async () => {

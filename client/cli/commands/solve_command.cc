@@ -172,7 +172,8 @@ void PrintVerdict(const SolveCommand& command, const SolveResult& result, bool i
     for (const std::string& concern : summary.verdict().concerns()) fmt::print(stderr, "dlcs: {}\n", concern);
     for (const v1::MeasurementResult& one : summary.measurements()) {
       if (one.has_value()) {
-        fmt::print(stderr, "dlcs: {} = {}\n", one.name(), one.value());
+        const std::string note = one.note().empty() ? "" : fmt::format(" ({})", one.note());
+        fmt::print(stderr, "dlcs: {} = {}{}\n", one.name(), one.value(), note);
       } else {
         fmt::print(stderr, "dlcs: {}: none: {}\n", one.name(), one.reason());
       }

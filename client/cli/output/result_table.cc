@@ -48,9 +48,10 @@ void PrintMeasurements(const v1::Summary& summary, int width, std::FILE* out) {
   for (const v1::MeasurementResult& one : summary.measurements()) {
     const std::string name = fmt::format("  {:<{}}  ", one.name(), longest);
     const bool says_when = one.has_time() && one.time() != one.value();
+    const std::string note = one.note().empty() ? "" : fmt::format(" ({})", one.note());
     paper.Print(name, !one.has_value() ? fmt::format("none: {}", one.reason())
-                      : says_when      ? fmt::format("{} at t = {}", Cell(one.value()), Cell(one.time()))
-                                       : Cell(one.value()));
+                      : says_when      ? fmt::format("{} at t = {}{}", Cell(one.value()), Cell(one.time()), note)
+                                       : Cell(one.value()) + note);
   }
 }
 
@@ -136,6 +137,25 @@ std::string MultiplierText(const v1::Multiplier& multiplier) {
                      std::abs(multiplier.imaginary()), std::hypot(multiplier.real(), multiplier.imaginary()));
 }
 
+// "stable: disturbances shrink by 2.1 % a period".
+std::string StabilityText(const v1::PeriodicSolution& periodic) {
+  const double size = 1 + periodic.growth();
+  switch (periodic.stability()) {
+    case v1::STABILITY_STABLE:
+      if (size == 0) return "stable: disturbances die out within a period";
+      return size < 0.5 ? fmt::format("stable: disturbances shrink to {:.2g} of their size in a period", size)
+                        : fmt::format("stable: disturbances shrink by {:.2g} % a period", -100 * periodic.growth());
+    case v1::STABILITY_UNSTABLE:
+      return size > 2 ? fmt::format("unstable: disturbances grow by a factor of {:.2g} a period", size)
+                      : fmt::format("unstable: disturbances grow by {:.2g} % a period", 100 * periodic.growth());
+    case v1::STABILITY_UNDETERMINED:
+      return periodic.multipliers().empty() ? "not known, since the multipliers are not"
+                                            : "not known: the multipliers, with their errors, do not tell";
+    default:
+      return "";
+  }
+}
+
 // The period, what becomes of disturbances, and averages.
 void PrintPeriodic(const SolveResult& result, int width, std::FILE* out) {
   constexpr int kMaxMultipliers = 10;
@@ -150,6 +170,9 @@ void PrintPeriodic(const SolveResult& result, int width, std::FILE* out) {
   if (periodic.has_residual()) {
     const std::string error = periodic.has_error() ? fmt::format("; error of x(0) {:.1e}", periodic.error()) : "";
     fmt::print(out, "  x(period) - x(0) {:.1e} of the size of a state{}\n", periodic.residual(), error);
+  }
+  if (const std::string stability = StabilityText(periodic); !stability.empty()) {
+    Paragraphs(width, out).Print("  stability        ", stability);
   }
   std::vector<std::string> multipliers;
   for (const v1::Multiplier& multiplier : periodic.multipliers()) {
@@ -168,9 +191,13 @@ void PrintPeriodic(const SolveResult& result, int width, std::FILE* out) {
       means.push_back(fmt::format("{} {:.6g}", name(static_cast<std::size_t>(i)), values[i]));
     }
   };
-  add(periodic.mean_x(), [&](std::size_t i) { return result.names.OfX(i); });
-  add(periodic.mean_y(), [&](std::size_t i) { return result.names.OfY(i); });
-  add(periodic.mean_w(), [&](std::size_t i) { return result.names.OfW(i); });
+  if (!periodic.mean_outputs().empty()) {
+    add(periodic.mean_outputs(), [&](std::size_t i) { return ColumnName("output", result.names.outputs.at(i)); });
+  } else {
+    add(periodic.mean_x(), [&](std::size_t i) { return result.names.OfX(i); });
+    add(periodic.mean_y(), [&](std::size_t i) { return result.names.OfY(i); });
+    add(periodic.mean_w(), [&](std::size_t i) { return result.names.OfW(i); });
+  }
   if (!means.empty()) Paragraphs(width, out).Print("  averages         ", fmt::format("{}", fmt::join(means, ", ")));
 }
 

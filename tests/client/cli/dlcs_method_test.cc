@@ -51,6 +51,40 @@ TEST(DlcsMethodTest, FindsThePeriodicSteadyState) {
   EXPECT_THAT(driven.err, HasSubstr("f[0] (speed) depends on time"));
 }
 
+// x' = x/370 + sin t: disturbances grow by e^{2π/370} - 1 = 1.7 % a period, and by those of another sign they shrink.
+TEST(DlcsMethodTest, SaysInTheFirstLineThatAPeriodicSteadyStateIsUnstable) {
+  const auto problem = [](const char* a) {
+    return fmt::format(
+        R"json({{"A": [[{}]], "B": [[0]], "N": [[0]], "M": [[1]], "f": ["sin(t)"], "g": ["1"], "x0": [5], "T": 10,
+                 "outputs": {{"names": ["twice", "one"], "C": [[2], [0]], "D": [[0], [0]], "h": [0, 1]}}}})json",
+        a);
+  };
+  const std::string options = "--periodic 6.283185307179586 ";
+  const ProgramOutcome unstable = SolveText(problem("0.002702702702702703"), options + "--quiet");
+  EXPECT_EQ(unstable.code, 1);
+  EXPECT_THAT(
+      unstable.out.substr(0, unstable.out.find('\n')),
+      AllOf(HasSubstr(": unstable: disturbances grow by 1.7 % a period; estimated error"), Not(HasSubstr("SOLVED"))));
+  EXPECT_THAT(unstable.out, AllOf(HasSubstr("stability        unstable: disturbances grow by 1.7 % a period"),
+                                  HasSubstr("Warning: The periodic solution is unstable"),
+                                  HasSubstr("averages         twice "), HasSubstr(", one 1\n")));
+  const ProgramOutcome json = SolveText(problem("0.002702702702702703"), options + "--quiet --format json");
+  EXPECT_EQ(json.code, 1);
+  const auto summary = nlohmann::json::parse(json.out)["summary"];
+  EXPECT_EQ(summary["periodic"]["stability"], "STABILITY_UNSTABLE");
+  EXPECT_NEAR(summary["periodic"]["growth"].get<double>(), std::expm1(6.283185307179586 / 370), 1e-12);
+  EXPECT_NEAR(summary["periodic"]["mean_outputs"][1].get<double>(), 1, 1e-12);
+  EXPECT_EQ(summary["periodic"]["mean_x"].size(), 1u);
+  EXPECT_FALSE(summary["verdict"].value("success", false));
+  const ProgramOutcome stable = SolveText(problem("-0.002702702702702703"), options);
+  EXPECT_EQ(stable.code, 0) << stable.err;
+  EXPECT_THAT(stable.out, AllOf(HasSubstr("SOLVED within"),
+                                HasSubstr("stability        stable: disturbances shrink by 1.7 % a period")));
+  const ProgramOutcome unknown = SolveText(problem("1e-18"), "--periodic 6.283185307179586");
+  EXPECT_EQ(unknown.code, 1);  // one solution for each mean
+  EXPECT_THAT(unknown.out, HasSubstr("not isolated"));
+}
+
 // Steps are missing, and no iteration has failed.
 TEST(DlcsMethodTest, AdvisesOnIterationsOnlyWhereTheyFail) {
   const ProgramOutcome steps =

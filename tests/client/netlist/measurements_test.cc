@@ -150,7 +150,8 @@ TEST(MeasurementsTest, WhatDoesNotOccurIsReportedByName) {
   const ProgramOutcome csv = RunDlcs("solve " + deck + " --format csv --at 1e-3");
   EXPECT_THAT(csv.err, AllOf(HasSubstr("dlcs: never: none: v(out) crosses 11"), HasSubstr("dlcs: mean = 7.5")));
   const ProgramOutcome json = RunDlcs("solve " + deck + " --format json --at 1e-3 --quiet");
-  EXPECT_THAT(json.out, HasSubstr("{\"name\":\"never\",\"reason\":\"v(out) crosses 11 upwards at no time.\"}"));
+  EXPECT_THAT(json.out,
+              HasSubstr("{\"name\":\"never\",\"reason\":\"v(out) crosses 11 upwards at no time.\",\"note\":\"\"}"));
 }
 
 TEST(MeasurementsTest, RefusesOtherFormsWithPlaceNameAndReason) {

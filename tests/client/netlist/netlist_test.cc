@@ -654,14 +654,85 @@ TEST(NetlistTest, AnAmplifierWithPositiveFeedbackStartsSaturated) {
   EXPECT_NEAR(MeasuredIn(result, "half"), 1e-4 * std::log(3.0), 1e-9);
 }
 
+// A buck converter with a PI amplifier of the gain 1e4, a triangle and a comparator. Cz carries no mean current, and
+// Rfb none then, so that the mean of v(out)/2 is Vref - mean v(comp0)/1e4; L1 carries what the load and the divider
+// take.
+std::string PwmLoop(const char* z_ohms) {
+  return fmt::format(
+      ".param fs=100k Vref=2.5\nVin vin 0 24\nS1 vin sw pwm 0 SWI\nD1 0 sw DI\nL1 sw out 47u rser=10m ic=0\n"
+      "C1 out x 220u ic=0\nResr x 0 20m\nRload out 0 5\nRd1 out fb 10k\nRd2 fb 0 10k\nVref ref 0 {{Vref}}\n"
+      "Rz comp0 z {}\nCz z fb2 10n ic=0\nRfb fb fb2 1k\nE1 comp0 0 VALUE={{limit(1e4*V(ref,fb2),0.1,2.9)}}\n"
+      "Vtri tri 0 PULSE(0 3 0 {{0.5/fs}} {{0.5/fs}} 0 {{1/fs}})\nB1 pwm 0 V={{if(V(comp0)>V(tri),5,0)}}\n"
+      ".model SWI SW(Ron=20m Roff=1Meg Vt=2.5 Vh=0.2)\n.model DI D(Ron=10m Vfwd=0.4 Roff=1Meg)\n"
+      ".tran 1u 10m uic\n.print tran v(out) i(L1) v(comp0)\n.meas tran vss avg v(out) from=4m to=5m\n"
+      ".meas tran late avg v(out) from=4m\n.meas tran dip min v(out) from=4.999m\n",
+      z_ohms);
+}
+
+TEST(NetlistTest, ALoopIsStableOrNotByItsGain) {
+  const ProgramOutcome outcome = RunDlcs("solve " + WriteDeck(PwmLoop("10k")) + " --format json --periodic 1e-5");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("unstable: disturbances grow by 1.7 % a period"));
+  const auto unstable = nlohmann::json::parse(outcome.out);
+  EXPECT_THAT(unstable["summary"]["verdict"]["text"].get<std::string>(),
+              ::testing::StartsWith("unstable: disturbances grow by 1.7 % a period"));
+  EXPECT_NEAR(unstable["summary"]["periodic"]["growth"].get<double>(), 0.0173, 5e-5);
+  const auto stable = Solved(PwmLoop("20k"), "--periodic 1e-5");
+  EXPECT_EQ(stable["summary"]["periodic"]["stability"], "STABILITY_STABLE");
+  for (const auto& result : {unstable, stable}) {
+    const auto means = result["summary"]["periodic"]["mean_outputs"].get<std::vector<double>>();
+    ASSERT_EQ(means.size(), 3u);
+    EXPECT_NEAR(means[0], 2 * (2.5 - means[2] / 1e4), 1e-6);
+    EXPECT_NEAR(means[1], means[0] * (1 / 5.0 + 1 / 20e3), 1e-6);
+    EXPECT_NEAR(MeasuredIn(result, "vss"), means[0], 1e-9);
+    EXPECT_NEAR(MeasuredIn(result, "late"), means[0], 1e-9);
+    EXPECT_LT(MeasuredIn(result, "dip"), means[0]);
+    EXPECT_EQ(result["summary"]["measurements"][0]["note"], "over 100 equal periods");
+    EXPECT_EQ(result["summary"]["measurements"][1]["note"], "over one period");
+  }
+}
+
+// Windows of a transient of 1,000 periods, in its periodic steady state.
+TEST(NetlistTest, WindowsOfATransientAreThoseOfThePeriod) {
+  const auto result = Solved(
+      "V1 in 0 PULSE(0 1 0 1n 1n 4.999u 10u)\nR1 in out 1k\nC1 out 0 1u\n.tran 1u 10m\n.print tran v(out)\n"
+      ".meas tran mean AVG V(out) FROM=4m\n.meas tran part AVG V(in) FROM=4.002m TO=4.006m\n"
+      ".meas tran around AVG V(in) FROM=4.008m TO=4.012m\n.meas tran more INTEG V(in) FROM=4.005m TO=4.035m\n"
+      ".meas tran at FIND V(in) AT=4.007m\n.meas tran up WHEN V(in)=0.5 RISE=401\n"
+      ".meas tran high TRIG V(in) VAL=0.5 RISE=401 TARG V(in) VAL=0.5 FALL=401\n",
+      "--periodic 1e-5 --tolerance 1e-9");
+  EXPECT_NEAR(MeasuredIn(result, "mean"), 0.5, 1e-9);
+  EXPECT_NEAR(MeasuredIn(result, "part"), 0.75, 2e-4);
+  EXPECT_NEAR(MeasuredIn(result, "around"), 0.5, 2e-4);
+  EXPECT_NEAR(MeasuredIn(result, "more"), 1.5e-5, 1e-12);
+  EXPECT_NEAR(MeasuredIn(result, "at"), 0, 1e-12);
+  EXPECT_NEAR(MeasuredIn(result, "up"), 4e-3 + 0.5e-9, 1e-15);
+  EXPECT_NEAR(MeasuredIn(result, "high"), 5e-6, 1e-15);
+  const auto table = RunDlcs("solve " +
+                             WriteDeck("V1 in 0 SIN(0 1 1k)\nR1 in out 1k\nC1 out 0 1u\n.tran 1u 10m\n"
+                                       ".meas tran mean RMS V(in) FROM=4.5m\n") +
+                             " --periodic 1e-3");
+  EXPECT_THAT(table.out, HasSubstr("mean  0.707107 (over one period)"));
+}
+
 // It is the whole period, not the half after which the capacitor has its voltage again.
 TEST(NetlistTest, TheOscillationOfAComparatorIsFoundWithItsWholePeriod) {
   const auto result = Solved(
       "B1 out 0 V = V(p,n) > 0 ? 5 : -5\nR1 out p 10k\nR2 p 0 10k\nR3 out n 10k\nC1 n 0 10n IC=0\n.ic V(out)=5\n"
-      ".tran 1u 1m uic\n.meas tran mean AVG V(out)\n",
+      ".tran 1u 1m uic\n.meas tran mean AVG V(out)\n.meas tran late AVG V(out) FROM=0.5m TO=0.9m\n"
+      ".meas tran short AVG V(out) FROM=0.5m TO=0.51m\n.meas tran at FIND V(out) AT=0.5m\n"
+      ".meas tran per TRIG V(n) VAL=1 RISE=3 TARG V(n) VAL=1 RISE=4\n.meas tran low FIND V(out) WHEN V(n)=1 FALL=2\n",
       "--periodic auto --tolerance 1e-9");
-  EXPECT_NEAR(result["summary"]["periodic"]["period"].get<double>(), 2e-4 * std::log(3.0), 1e-12);
+  const double period = 2e-4 * std::log(3.0);
+  EXPECT_NEAR(result["summary"]["periodic"]["period"].get<double>(), period, 1e-12);
   EXPECT_NEAR(MeasuredIn(result, "mean"), 0, 1e-7);
+  EXPECT_NEAR(MeasuredIn(result, "late"), 0, 1e-7);
+  EXPECT_NEAR(MeasuredIn(result, "per"), period, 1e-12);
+  EXPECT_NEAR(MeasuredIn(result, "low"), -5, 1e-9);
+  const auto measured = result["summary"]["measurements"];
+  EXPECT_FALSE(measured[2].contains("value"));
+  EXPECT_THAT(measured[2]["reason"].get<std::string>(), HasSubstr("shorter than the period"));
+  EXPECT_THAT(measured[3]["reason"].get<std::string>(), HasSubstr("a time means nothing in the period"));
 }
 
 // Three inverters in a ring: V(b) is in the middle of its range where V(a) jumps, between two steps.
@@ -673,6 +744,22 @@ TEST(NetlistTest, ARingOfInvertersHasThePeriodOfItsTransient) {
   const auto transient =
       Solved(ring + ".meas tran per TRIG V(a)=2.5 RISE=15 TARG V(a)=2.5 RISE=16\n", "--tolerance 1e-9");
   EXPECT_NEAR(oscillation["summary"]["periodic"]["period"].get<double>(), MeasuredIn(transient, "per"), 1e-13);
+}
+
+// The snubber rings twenty times in a period and comes near to its values each time; the converter does once.
+TEST(NetlistTest, AHystereticConverterHasThePeriodOfItsTransient) {
+  const auto deck = [](const char* measurement) {
+    return fmt::format(
+        "V1 in 0 12\nV2 ref 0 5\nS1 in sw ref out SWH\nD1 0 sw DX\nC2 sw x 1n\nR2 x 0 50\nL1 sw out 47u\n"
+        "C1 out 0 100u\nR1 out 0 5\n.model SWH SW(RON=0.02 ROFF=1MEG VT=0 VH=0.05)\n"
+        ".model DX D(RON=0.02 VFWD=0.5 ROFF=1MEG)\n.tran 1u 1m uic\n.print tran v(out) i(L1)\n{}",
+        measurement);
+  };
+  const auto transient =
+      Solved(deck(".meas tran per TRIG V(out)=5.06 RISE=8 TARG V(out)=5.06 RISE=9\n"), "--tolerance 1e-9");
+  const auto periodic = Solved(deck(""), "--periodic auto --tolerance 1e-9")["summary"]["periodic"];
+  EXPECT_NEAR(periodic["period"].get<double>(), MeasuredIn(transient, "per"), 1e-12);
+  EXPECT_EQ(periodic["stability"], "STABILITY_STABLE");
 }
 
 // A comparator sets V(s), so that .ic only chooses between its two states; one that it cannot have is refused.

@@ -51,6 +51,49 @@ TEST(FlowDerivativeTest, IsTheExponentialWhereNothingSwitches) {
   EXPECT_LT(MaxAbs(solution.flow->end_slope - (A * EndOf(solution) + Vector{{std::sin(6.0), 1, 2}})), 1e-7);
 }
 
+// At rest a step is as long as the horizon, in which disturbances oscillate up to 160 times, beside a stiff state. The
+// exponential is that of the oscillation, in closed form; the stiff state follows x2 but for 1e-9 of its slope.
+TEST(FlowDerivativeTest, IsTheExponentialWhereTheSolutionRests) {
+  for (const double omega : {3.0, 20.0, 100.0, 1000.0}) {
+    Problem problem;
+    problem.A = Matrix{{-0.1, omega, 0}, {-omega, -0.1, 0}, {0, 1e9, -1e9}};
+    problem.B = Matrix::Zero(3, 1);
+    problem.N = Matrix::Zero(1, 3);
+    problem.M = Matrix::Identity(1, 1);
+    problem.f = TimeFunction::Constant(Vector{{0.1 - omega, omega + 0.1, 0}});
+    problem.g = TimeFunction::Constant(Vector::Ones(1));
+    problem.x0 = Vector::Ones(3);
+    problem.horizon = 1;
+    const Solution solution = SolveFrom(problem, problem.x0);
+    ASSERT_TRUE(solution.flow);
+    const double c = std::exp(-0.1) * std::cos(omega), s = std::exp(-0.1) * std::sin(omega);
+    const Matrix exact{{c, s, 0}, {-s, c, 0}, {-s, c, 0}};
+    EXPECT_LT(MaxAbs(solution.flow->derivative - exact), 2e-9 * omega) << omega;
+    EXPECT_LT(MaxAbs((solution.flow->derivative - exact).topRows(2)), 1e-14 * omega + 1e-13) << omega;
+    EXPECT_LT(solution.cost.steps, 20);
+  }
+}
+
+// The same where a constraint with M = 0 holds a third state at zero: the equations of the mode are not explicit then.
+TEST(FlowDerivativeTest, IsTheExponentialWhereAConstraintHoldsAState) {
+  for (const double omega : {3.0, 20.0, 100.0}) {
+    Problem problem;
+    problem.A = Matrix{{-0.1, omega, 0}, {-omega, -0.1, 1}, {0, 0, 0}};
+    problem.B = Matrix{{0}, {0}, {1}};
+    problem.N = Matrix{{0, 0, 1}};
+    problem.M = Matrix{{0}};
+    problem.f = TimeFunction::Constant(Vector{{0.1 - omega, omega + 0.1, -1}});
+    problem.g = TimeFunction::Zero(1);
+    problem.x0 = Vector{{1, 1, 0}};
+    problem.horizon = 1;
+    const Solution solution = SolveFrom(problem, problem.x0);
+    ASSERT_TRUE(solution.flow);
+    const double c = std::exp(-0.1) * std::cos(omega), s = std::exp(-0.1) * std::sin(omega);
+    const Matrix exact{{c, s, 0}, {-s, c, 0}, {0, 0, 0}};
+    EXPECT_LT(MaxAbs(solution.flow->derivative - exact), 1e-14 * omega + 1e-13) << omega;
+  }
+}
+
 class FlowDerivativeCasesTest : public ::testing::TestWithParam<const char*> {};
 
 // At a point where the flow is smooth, a step so small that no event is added or lost.

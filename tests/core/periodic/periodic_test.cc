@@ -5,7 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
 
@@ -54,16 +57,23 @@ Solution Periodic(const Problem& problem, double period, double tolerance = 1e-9
   return solution.ok() ? *std::move(solution) : Solution{};
 }
 
-Solution SolvedPeriodic(const Problem& problem, double period, double tolerance = 1e-9, bool project = false) {
+// What was found, accurate whether it is stable or not.
+Solution FoundPeriodic(const Problem& problem, double period, double tolerance = 1e-9, bool project = false) {
   Solution solution = Periodic(problem, period, tolerance, project);
   EXPECT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
-  const Verdict verdict = JudgeSolution(solution);
-  EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << verdict.text;
+  EXPECT_LE(solution.accuracy.error, tolerance);
   EXPECT_TRUE(solution.periodic);
   if (!solution.periodic) solution.periodic.emplace();
-  EXPECT_LE(solution.periodic->periods, 12);
   EXPECT_LE(solution.periodic->residual, tolerance);
   EXPECT_LE(solution.periodic->error, tolerance);
+  return solution;
+}
+
+Solution SolvedPeriodic(const Problem& problem, double period, double tolerance = 1e-9, bool project = false) {
+  Solution solution = FoundPeriodic(problem, period, tolerance, project);
+  const Verdict verdict = JudgeSolution(solution);
+  EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << verdict.text;
+  EXPECT_LE(solution.periodic->periods, 12);
   return solution;
 }
 
@@ -102,15 +112,79 @@ TEST(PeriodicTest, ADrivenLinearSystem) {
   EXPECT_NEAR(solution.periodic->multipliers[0].real(), std::exp(-a * period), 1e-12);
   EXPECT_NEAR(solution.periodic->mean_x[0], 1 / a, 1e-9 * size);
   EXPECT_NEAR(solution.periodic->mean_w[0], 1, 1e-12);
-  EXPECT_LE(solution.periodic->periods, 3);
+  EXPECT_LE(solution.periodic->periods, 4);
 }
 
 TEST(PeriodicTest, AnUnstableSolutionIsFound) {
   const double a = 0.7, omega = 3, period = 2 * kPi / omega;
   const Solution solution =
-      SolvedPeriodic(Linear(Matrix{{a}}, TimeFunction::Formulas({"sin(3*t)"}), Vector{{2.0}}), period);
+      FoundPeriodic(Linear(Matrix{{a}}, TimeFunction::Formulas({"sin(3*t)"}), Vector{{2.0}}), period);
   EXPECT_NEAR(solution.x(0, 0), -omega / (a * a + omega * omega), 1e-9);
   EXPECT_NEAR(solution.periodic->multipliers[0].real(), std::exp(a * period), 1e-10);
+  EXPECT_EQ(solution.periodic->stability, Stability::kUnstable);
+  EXPECT_NEAR(solution.periodic->growth, std::exp(a * period) - 1, 1e-10);
+  const Verdict verdict = JudgeSolution(solution);
+  EXPECT_FALSE(verdict.success);
+  EXPECT_EQ(verdict.kind, VerdictKind::kErrorEstimated);
+  EXPECT_EQ(verdict.text.substr(0, 59), "unstable: disturbances grow by a factor of 4.3 a period; es") << verdict.text;
+  EXPECT_EQ(verdict.concerns.size(), 1u);
+}
+
+// The multiplier of x' = a x + sin t is e^{2πa}.
+TEST(PeriodicTest, StabilityIsKnownUpToTheErrorOfTheMultipliers) {
+  const auto judged = [](double a) {
+    const Solution solution =
+        FoundPeriodic(Linear(Matrix{{a}}, TimeFunction::Formulas({"sin(t)"}), Vector{{0.5}}), 2 * kPi, 1e-5);
+    EXPECT_NEAR(solution.periodic->growth, std::expm1(2 * kPi * a), 1e-12) << a;
+    return std::pair(solution.periodic->stability.value(), JudgeSolution(solution));
+  };
+  for (const double a : {0.3, 0.0027, 1e-6, 1e-9}) {
+    const auto [stability, verdict] = judged(a);
+    EXPECT_EQ(stability, Stability::kUnstable) << a;
+    EXPECT_FALSE(verdict.success);
+    const auto [other, success] = judged(-a);
+    EXPECT_EQ(other, Stability::kStable) << a;
+    EXPECT_TRUE(success.success) << success.text;
+    EXPECT_EQ(success.text.find("stable"), std::string::npos) << success.text;
+  }
+  EXPECT_NE(judged(0.0027).second.text.find("unstable: disturbances grow by 1.7 % a period"), std::string::npos);
+}
+
+// Without losses multipliers are 1 in size; no rounding of them makes one unstable.
+TEST(PeriodicTest, StabilityIsNotKnownWithoutLosses) {
+  for (const double omega : {2.0, 2.5, 3.3, 7.7}) {
+    for (const double loss : {0.0, -1e-9, 1e-9}) {
+      const Problem problem =
+          Linear(Matrix{{0, omega}, {-omega, -loss}}, TimeFunction::Formulas({"0", "cos(3*t)"}), Vector{{1, 0}});
+      const Solution solution = FoundPeriodic(problem, 2 * kPi / 3, 1e-8);
+      const Stability exact = loss == 0  ? Stability::kUndetermined
+                              : loss > 0 ? Stability::kStable
+                                         : Stability::kUnstable;
+      EXPECT_EQ(solution.periodic->stability, exact) << omega << " " << loss << " " << solution.periodic->growth;
+      const Verdict verdict = JudgeSolution(solution);
+      EXPECT_EQ(verdict.success, loss >= 0) << verdict.text;
+      EXPECT_EQ(verdict.text.find("; whether it is stable is not known") != std::string::npos, loss == 0);
+    }
+  }
+}
+
+// At rest one step may be as long as the period, in which disturbances oscillate often: their multipliers are those of
+// the exponential, not of the step.
+TEST(PeriodicTest, DisturbancesOfRestOscillate) {
+  for (const double omega : {10.0, 30.0, 100.0, 1000.0}) {
+    for (const double damping : {-0.1, 0.1}) {
+      const Problem problem =
+          Linear(Matrix{{0, omega}, {-omega, -damping}}, TimeFunction::Constant(Vector{{0, omega}}), Vector{{1, 0}});
+      const Solution solution = Periodic(problem, 1);
+      ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+      EXPECT_NEAR(solution.x(0, 0), 1, 1e-12);
+      EXPECT_NEAR(solution.x(1, 0), 0, 1e-12);
+      for (const double size : Sizes(solution.periodic->multipliers)) {
+        EXPECT_NEAR(size, std::exp(-damping / 2), 1e-11) << omega;
+      }
+      EXPECT_EQ(solution.periodic->stability, damping > 0 ? Stability::kStable : Stability::kUnstable) << omega;
+    }
+  }
 }
 
 // A square wave charges a capacitor over a diode and a resistance; a load discharges it.
@@ -230,6 +304,7 @@ TEST(PeriodicTest, WithoutLossesItIsNotIsolated) {
       SolvedPeriodic(Linear(circuit, TimeFunction::Formulas({"0", "cos(3*t)"}), Vector{{1, 0}}), 2 * kPi / 3);
   EXPECT_NEAR(beside.x(0, 0), -0.2, 1e-9);
   EXPECT_NEAR(Sizes(beside.periodic->multipliers)[0], 1, 1e-9);
+  EXPECT_EQ(beside.periodic->stability, Stability::kUndetermined);
   const Solution resonance = Periodic(Linear(circuit, TimeFunction::Formulas({"0", "cos(2*t)"}), Vector{{1, 0}}), kPi);
   EXPECT_EQ(resonance.termination, Termination::kNotPeriodic);
   EXPECT_NE(resonance.message.find("grows"), std::string::npos) << resonance.message;
@@ -257,11 +332,133 @@ TEST(PeriodicTest, FindsTheOscillationOfAPiecewiseLinearOscillator) {
   const std::vector<double> sizes = Sizes(record.multipliers);
   EXPECT_NEAR(sizes[0], 1, 1e-8);
   EXPECT_LT(sizes[1], 0.9);
+  EXPECT_EQ(record.stability, Stability::kStable);  // the multiplier 1 does not count
+  EXPECT_NEAR(record.growth, sizes[1] - 1, 1e-7);
   // Many periods later it is where it began, and it is symmetric.
   Problem later = Oscillator(solution.x.col(0), 1);
   EXPECT_LT(MaxAbs(AfterPeriods(later, record.period, 40) - solution.x.col(0)), 1e-7);
   EXPECT_NEAR(record.mean_x[0], 0, 1e-8);
   EXPECT_NEAR(record.mean_y[0], record.mean_y[1], 1e-8);
+}
+
+// Backwards in time a disturbance that shrank grows by as much.
+TEST(PeriodicTest, AnOscillationIsUnstableBackwardsInTime) {
+  const Solution forwards = SolvedPeriodic(Oscillator(Vector{{0.1, 0}}, 60), Options::kFindPeriod);
+  Problem backwards = Oscillator(forwards.x.col(0), 3 * forwards.periodic->period);
+  backwards.A = -backwards.A.Dense();
+  backwards.B = -backwards.B.Dense();
+  const Solution solution = FoundPeriodic(backwards, Options::kFindPeriod, 1e-8);
+  EXPECT_NEAR(solution.periodic->period, forwards.periodic->period, 1e-7);
+  EXPECT_EQ(solution.periodic->stability, Stability::kUnstable);
+  const double shrinks = Sizes(forwards.periodic->multipliers)[1];
+  EXPECT_NEAR(solution.periodic->growth, 1 / shrinks - 1, 1e-6 / shrinks);
+  EXPECT_FALSE(JudgeSolution(solution).success);
+}
+
+// A ball on a floor that yields, in air that brakes it: it comes to rest at -g/stiffness. Newton's method from up there
+// leads to other states up there, since a period holds one contact, two, or none.
+Problem Ball(double height, double stiffness, double drag) {
+  return System(Matrix{{0, 1}, {0, -drag}}, Matrix{{0}, {1}}, Matrix{{1, 0}}, Matrix{{1 / stiffness}},
+                TimeFunction::Constant(Vector{{0, -9.81}}), TimeFunction::Zero(1), Vector{{height, 0}}, 3);
+}
+
+TEST(PeriodicTest, ABallComesToRestWhereNewtonsMethodWanders) {
+  for (const double height : {1.0, 0.3, 4.0}) {
+    for (const double period : {1.0, 0.37}) {
+      for (const double stiffness : {1000.0, 200.0}) {
+        const double drag = 0.4;
+        const Solution solution = Periodic(Ball(height, stiffness, drag), period, 1e-6);
+        ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+        EXPECT_NEAR(solution.x(0, 0), -9.81 / stiffness, 1e-6 * 9.81 / stiffness);
+        EXPECT_NEAR(solution.x(1, 0), 0, 1e-9);
+        for (const double size : Sizes(solution.periodic->multipliers)) {
+          EXPECT_NEAR(size, std::exp(-drag / 2 * period), 1e-9);
+        }
+        EXPECT_EQ(solution.periodic->stability, Stability::kStable);
+      }
+    }
+  }
+}
+
+// A mass on a spring hits an elastic stop, at frequencies near its own and far from it, hardly damped: solutions of
+// other periods and chaos abound, transients take hundreds of periods, and of several solutions each has its basin.
+// What was found repeats, and solves from nearby show the multipliers: in the direction of a left eigenvector a
+// disturbance is multiplied by one in each period.
+TEST(PeriodicTest, DisturbancesDoWhatTheMultipliersSay) {
+  constexpr int kPeriods = 3;
+  constexpr double kDisturbance = 1e-7;
+  int stable = 0, unstable = 0, none = 0;
+  for (const double omega : {0.6, 1.3, 1.7, 2.1}) {
+    for (const double damping : {0.1, 0.02}) {
+      for (const double stiffness : {5.0, 50.0, 1000.0}) {
+        for (const double gap : {0.0, 0.3}) {
+          const double period = 2 * kPi / omega;
+          const Problem problem =
+              System(Matrix{{0, 1}, {-1, -damping}}, Matrix{{0}, {-1}}, Matrix{{-1, 0}}, Matrix{{1 / stiffness}},
+                     TimeFunction::Formulas({"0", "cos(" + std::to_string(omega) + "*t)"}),
+                     TimeFunction::Constant(Vector{{gap}}), Vector{{-1.5, 0.7}}, 60);
+          Options options;
+          options.period = period;
+          options.error_tolerance = 1e-9;
+          options.keep_flow = true;
+          Observer silent;
+          const auto solution = Solve(problem, options, silent, {});
+          ASSERT_TRUE(solution.ok()) << solution.status();
+          if (solution->termination != Termination::kReachedEnd) {
+            ++none;
+            continue;
+          }
+          const PeriodicRecord& record = *solution->periodic;
+          ASSERT_NE(record.stability, Stability::kUndetermined);
+          const bool is_stable = record.stability == Stability::kStable;
+          ++(is_stable ? stable : unstable);
+          EXPECT_EQ(JudgeSolution(*solution).success, is_stable);
+          EXPECT_EQ(std::abs(record.multipliers[0]) < 1, is_stable);
+          Problem disturbed = problem;
+          const Vector start = disturbed.x0 = solution->x.col(0);
+          const Vector repeated = AfterPeriods(disturbed, period, kPeriods);
+          EXPECT_LT(MaxAbs(repeated - start), 1e-8 * std::pow(std::max(1.0, 1 + record.growth), kPeriods));
+          const Eigen::EigenSolver<Matrix> left(solution->flow->derivative.transpose());
+          for (Index k = 0; k < 2; ++k) {
+            const Eigen::VectorXcd direction = left.eigenvectors().col(k);
+            const Vector change = kDisturbance / MaxAbs(solution->flow->derivative) * direction.real();
+            disturbed.x0 = start + change;
+            const Vector moved = AfterPeriods(disturbed, period, kPeriods) - repeated;
+            const std::complex<double> factor =
+                (direction.transpose() * moved).value() / (direction.transpose() * change).value();
+            const std::complex<double> exact = std::pow(left.eigenvalues()[k], kPeriods);
+            EXPECT_LT(std::abs(factor - exact), 0.02 * std::max(1.0, std::abs(exact)))
+                << omega << " " << damping << " " << stiffness << " " << gap;
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GE(stable, 30);
+  EXPECT_GE(unstable, 2);
+  EXPECT_LE(none, 2);
+}
+
+// A force in a potential with two wells: x'' = -d x' + x - 2 (the part of x beyond [-1, 1]) + F cos 2πt: near -2 and 2
+// the system is linear, with x = ±2 + F Re(e^{iωt} / (1 - ω² + i d ω)).
+TEST(PeriodicTest, OfTwoWellsOneIsFoundOrTheRidgeBetweenThem) {
+  const double damping = 0.05, force = 3, omega = 2 * kPi;
+  for (const double start : {-2.5, -0.2, 0.1, 0.4, 1.3, 2.6, 4.0, -4.0}) {
+    const Problem problem = System(Matrix{{0, 1}, {1, -damping}}, Matrix{{0, 0}, {-2, 2}}, Matrix{{-1, 0}, {1, 0}},
+                                   Matrix::Identity(2, 2), TimeFunction::Formulas({"0", "3*cos(2*pi*t)"}),
+                                   TimeFunction::Constant(Vector::Ones(2)), Vector{{start, 0}}, 100);
+    const Solution solution = FoundPeriodic(problem, 1, 1e-7);
+    const std::complex<double> swing = force / std::complex<double>(1 - omega * omega, damping * omega);
+    const double well = solution.x(0, 0) > 0 ? 2 : -2;
+    if (solution.periodic->stability == Stability::kStable) {
+      EXPECT_NEAR(solution.x(0, 0), well + swing.real(), 1e-6) << start;
+      EXPECT_NEAR(solution.x(1, 0), -omega * swing.imag(), 1e-6) << start;
+    } else {
+      // Between the wells, x'' = -d x' + x + F cos ωt.
+      EXPECT_EQ(solution.periodic->stability, Stability::kUnstable);
+      EXPECT_NEAR(solution.x(0, 0), (force / std::complex<double>(-1 - omega * omega, damping * omega)).real(), 1e-6);
+    }
+  }
 }
 
 // u = -sgn(x1 + x2 + x3) for the sum of three first-order systems: Tsypkin's condition gives half the period.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <utility>
 
 #include "google/protobuf/util/message_differencer.h"
 #include "tests/server/test_requests.h"
@@ -371,6 +372,32 @@ TEST(ConvertTest, KernelAndContourAreToldWhereTheyServed) {
   EXPECT_EQ(summary.contour().nodes(), 25);
   EXPECT_EQ(summary.contour().separated(), 2);
   EXPECT_EQ(summary.contour().choice(), "Remark 2.4");
+}
+
+TEST(ConvertTest, APeriodicSolutionIsToldWithItsStability) {
+  Solution solution;
+  solution.measurements = {{.name = "mean", .value = 2, .time = {}, .reason = "", .note = "over one period"}};
+  EXPECT_FALSE(SummaryToProto(solution).has_periodic());
+  PeriodicRecord& record = solution.periodic.emplace();
+  record.period = 2;
+  record.multipliers = {{0.5, 0.25}};
+  v1::PeriodicSolution wire = SummaryToProto(solution).periodic();
+  EXPECT_EQ(wire.stability(), v1::STABILITY_UNSPECIFIED);
+  EXPECT_FALSE(wire.has_growth());
+  EXPECT_TRUE(wire.mean_outputs().empty());
+  record.growth = -0.44;
+  record.mean_outputs = Vector{{3, 4}};
+  for (const auto& [stability, on_the_wire] : {std::pair(Stability::kStable, v1::STABILITY_STABLE),
+                                               {Stability::kUnstable, v1::STABILITY_UNSTABLE},
+                                               {Stability::kUndetermined, v1::STABILITY_UNDETERMINED}}) {
+    record.stability = stability;
+    wire = SummaryToProto(solution).periodic();
+    EXPECT_EQ(wire.stability(), on_the_wire);
+  }
+  EXPECT_EQ(wire.growth(), -0.44);
+  EXPECT_EQ(wire.multipliers(0).imaginary(), 0.25);
+  EXPECT_THAT(wire.mean_outputs(), ::testing::ElementsAre(3, 4));
+  EXPECT_EQ(SummaryToProto(solution).measurements(0).note(), "over one period");
 }
 
 TEST(ConvertTest, OptionNamesAreThoseOfTheWire) {

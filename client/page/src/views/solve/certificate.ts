@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // How well the trajectory satisfies the system, how its error was estimated, what the solve cost and when pairs switch.
 
-import type {
-  Accuracy,
-  Certificate,
-  Cost,
-  Multiplier,
-  PeriodicSolution,
-  Summary,
+import {
+  type Accuracy,
+  type Certificate,
+  type Cost,
+  type Multiplier,
+  type PeriodicSolution,
+  Stability,
+  type Summary,
 } from '../../../generated/dlcs/v1/solver_pb';
 import {h, replace, show, table} from '../../dom';
 import {bytes, count, duration, general, size} from '../../format';
@@ -44,11 +45,14 @@ export class CertificatePanel implements Panel {
 function periodicPart(periodic: PeriodicSolution, names: Names): HTMLElement {
   const {period, phase, periods, newtonIterations, residual, error, multipliers} = periodic;
   const more = multipliers.length - mostMultipliers;
-  const means: [string, number[], (i: number) => string][] = [
-    ['Averages of x', periodic.meanX, (i) => names.x(i)],
-    ['Averages of y', periodic.meanY, (i) => names.y(i)],
-    ['Averages of w', periodic.meanW, (i) => names.w(i)],
-  ];
+  const means: [string, number[], (i: number) => string][] =
+    periodic.meanOutputs.length > 0
+      ? [['Averages', periodic.meanOutputs, (i) => names.z(i)]]
+      : [
+          ['Averages of x', periodic.meanX, (i) => names.x(i)],
+          ['Averages of y', periodic.meanY, (i) => names.y(i)],
+          ['Averages of w', periodic.meanW, (i) => names.w(i)],
+        ];
   return section(
     'Periodic solution',
     facts([
@@ -56,6 +60,7 @@ function periodicPart(periodic: PeriodicSolution, names: Names): HTMLElement {
       ['Found in', `${count(periods, 'period')} integrated, ${count(newtonIterations, 'step')} of Newton's method`],
       ['x(period) - x(0)', residual === undefined ? '' : `${size(residual)} of the size of a state`],
       ['Error of x(0)', error === undefined ? '' : size(error)],
+      ['Stability', stabilityText(periodic)],
       [
         'Multipliers',
         multipliers.slice(0, mostMultipliers).map(multiplierText).join(', ') +
@@ -70,6 +75,28 @@ function periodicPart(periodic: PeriodicSolution, names: Names): HTMLElement {
       ]),
     ]),
   );
+}
+
+// "stable: disturbances shrink by 2.1 % a period".
+function stabilityText({stability, growth = 0, multipliers}: PeriodicSolution): string {
+  const factor = 1 + growth;
+  switch (stability) {
+    case Stability.STABLE:
+      if (factor === 0) return 'stable: disturbances die out within a period';
+      return factor < 0.5
+        ? `stable: disturbances shrink to ${general(factor, 2)} of their size in a period`
+        : `stable: disturbances shrink by ${general(-100 * growth, 2)} % a period`;
+    case Stability.UNSTABLE:
+      return factor > 2
+        ? `unstable: disturbances grow by a factor of ${general(factor, 2)} a period`
+        : `unstable: disturbances grow by ${general(100 * growth, 2)} % a period`;
+    case Stability.UNDETERMINED:
+      return multipliers.length === 0
+        ? 'not known, since the multipliers are not'
+        : 'not known: the multipliers, with their errors, do not tell';
+    default:
+      return '';
+  }
 }
 
 function multiplierText({real, imaginary}: Multiplier): string {

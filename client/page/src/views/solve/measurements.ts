@@ -20,9 +20,9 @@ export class MeasurementsPanel implements Panel {
         'Measurements',
         table(
           ['', 'value', 't'],
-          summary.measurements.map(({name, value, time, reason}) => [
+          summary.measurements.map(({name, value, time, reason, note}) => [
             name,
-            value === undefined ? `none: ${reason}` : general(value, 10),
+            value === undefined ? `none: ${reason}` : `${general(value, 10)}${note === '' ? '' : ` (${note})`}`,
             time === undefined ? '' : general(time, 10),
           ]),
           {label: 'Measurements'},
