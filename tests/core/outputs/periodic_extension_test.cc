@@ -130,7 +130,7 @@ Problem Rectifier(double horizon) {
   return problem;
 }
 
-MeasurementInstant Crossing(Index output, double level, CrossingDirection direction, int number, double after = 0) {
+MeasurementInstant CrossingAt(Index output, double level, CrossingDirection direction, int number, double after = 0) {
   return {.time = {}, .outputs = {output}, .level = level, .direction = direction, .number = number, .after = after};
 }
 
@@ -169,9 +169,9 @@ TEST(PeriodicExtensionTest, MeasurementsAreThoseOfASolveThatFollowsThePeriodicSo
   }
   for (const int number : {1, 2, 7, MeasurementInstant::kLast}) {
     for (const double after : {0.0, 1.13}) {
-      const MeasurementInstant up = Crossing(0, mean, kRising, number, after), tick = Crossing(2, 0.5, kRising, number),
-                               jump = Crossing(2, 0.5, kFalling, number, after),
-                               either = Crossing(1, 0.2, CrossingDirection::kEither, number, after);
+      const MeasurementInstant up = CrossingAt(0, mean, kRising, number, after), tick = CrossingAt(2, 0.5, kRising, number),
+                               jump = CrossingAt(2, 0.5, kFalling, number, after),
+                               either = CrossingAt(1, 0.2, CrossingDirection::kEither, number, after);
       for (const MeasurementInstant& instant : {up, tick, jump, either}) {
         measurements.push_back(At(Kind::kTime, {}, instant));
         measurements.push_back(At(Kind::kValue, {0}, instant));
