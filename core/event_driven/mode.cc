@@ -11,6 +11,7 @@
 
 #include "core/linalg/balance.h"
 #include "core/linalg/decompositions.h"
+#include "core/linalg/double_double.h"
 #include "core/linalg/equilibration.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_product.h"
@@ -23,25 +24,32 @@ namespace {
 // Below this reciprocal condition number a matrix does not determine y.
 constexpr double kSingular = 1e-12;
 
-// -matrix⁻¹, absent where it is singular to working precision, in units in which rows and columns are of size one.
-std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
-  const Index size = matrix.rows();
-  if (size == 0) return Matrix(0, 0);
-  const Equilibration scale = EquilibrateRowsAndColumns(matrix);
-  const Matrix scaled = Scaled(matrix, scale);
-  Matrix inverse = RefinedInverse(scaled);
+// Zeros that follow from those of the matrix are exact.
+ScaledInverse Invert(const Matrix& scaled, Vector row, Vector column) {
+  ScaledInverse result{RefinedInverse(scaled), std::move(row), std::move(column)};
+  Matrix inverse = result.inverse.value();
   ClearStructuralZeros(scaled, inverse);
-  if (!(InfinityNorm(scaled) * InfinityNorm(inverse) * kSingular < 1)) return std::nullopt;
-  return -(scale.column.asDiagonal() * inverse * scale.row.asDiagonal());
+  result.inverse.SetZeroWhere(inverse.array() == 0);
+  return result;
 }
 
-// Sets the entries of a -matrix⁻¹ to zero that one ulp of the entries of `matrix` moves by as much: unknowns that
-// depend on a right-hand side by rounding alone. A large right-hand side there would give them a sign.
-void ClearRounding(const Matrix& matrix, Matrix& negative_inverse) {
+// Absent where the matrix is singular to working precision, in units in which rows and columns are of size one.
+std::optional<ScaledInverse> Invert(const Matrix& matrix) {
+  if (matrix.size() == 0) return Invert(matrix, Vector(0), Vector(0));
+  const Equilibration scale = EquilibrateRowsAndColumns(matrix);
+  const Matrix scaled = Scaled(matrix, scale);
+  ScaledInverse result = Invert(scaled, scale.row, scale.column);
+  if (!(InfinityNorm(scaled) * InfinityNorm(result.inverse.value()) * kSingular < 1)) return std::nullopt;
+  return result;
+}
+
+// Sets the entries of an inverse to zero that one ulp of the entries of `matrix` moves by as much: unknowns that depend
+// on a right-hand side by rounding alone. A large right-hand side there would give them a sign.
+void ClearRounding(const Matrix& matrix, RefinedInverse& inverse) {
   constexpr double kUlps = 4 * std::numeric_limits<double>::epsilon();
-  const Matrix sizes = negative_inverse.cwiseAbs();
+  const Matrix sizes = inverse.value().cwiseAbs();
   const Matrix moved = kUlps * (sizes * (matrix.cwiseAbs() * sizes));
-  negative_inverse = (sizes.array() > moved.array()).select(negative_inverse, 0);
+  inverse.SetZeroWhere(sizes.array() <= moved.array());
 }
 
 // Columns S of an identity: selects, and puts back.
@@ -51,21 +59,29 @@ Matrix ColumnsOfIdentity(Index n, const std::vector<Index>& S) {
   return selector;
 }
 
-// y_S by the rows of a nonsingular M_SS, and the equation of the states. False where M_SS is singular.
-bool SubstituteMultipliers(const Problem& problem, Mode& mode) {
-  const Matrix& M = problem.M.Dense();
-  const Matrix M_SS = M(mode.active, mode.active);
-  auto inverse = NegativeInverse(M_SS);
-  if (!inverse) return false;
-  ClearRounding(M_SS, *inverse);
-  const Matrix selector = ColumnsOfIdentity(problem.num_constraints(), mode.active);
-  const Matrix map = Product(selector, *inverse);
-  mode.y.state = Product(map, problem.N.Dense()(mode.active, Eigen::all));
-  mode.y.g = Product(map, selector.transpose());
-  mode.F = problem.A.Dense() + problem.B * mode.y.state;
-  mode.F_terms = problem.A.Dense().cwiseAbs() + problem.B.Dense().cwiseAbs() * mode.y.state.cwiseAbs();
-  if (!mode.active.empty()) mode.source_g = problem.B * mode.y.g;
-  return true;
+// left - quotient · right, whose entries are zero where they are the rounding of their terms. The voltage of an open
+// switch may be the difference of terms 1e12 times its size.
+Matrix RestWithoutRounding(const Matrix& left, const Matrix& quotient, const Matrix& right) {
+  constexpr double kRoundingOfTerms = 8 * std::numeric_limits<double>::epsilon();
+  const Matrix rest = left - quotient * right;
+  const Matrix terms = left.cwiseAbs() + quotient.cwiseAbs() * right.cwiseAbs();
+  return (rest.array().abs() > kRoundingOfTerms * terms.array()).select(rest, 0);
+}
+
+// y_S by the rows of a nonsingular M_SS, and the equation of the states. Absent where M_SS is singular.
+std::optional<Multipliers> SubstituteMultipliers(const Problem& problem, Mode& mode) {
+  const std::vector<Index>& S = mode.active;
+  const Matrix M_SS = problem.M.Dense()(S, S);
+  auto inverse = Invert(M_SS);
+  if (!inverse) return std::nullopt;
+  ClearRounding(Scaled(M_SS, {inverse->row, inverse->column}), inverse->inverse);
+  const Matrix N_S = problem.N.Dense()(S, Eigen::all);
+  const Matrix selector = ColumnsOfIdentity(problem.num_constraints(), S);
+  const Matrix quotient = inverse->Quotient(problem.B.Dense()(Eigen::all, S));
+  mode.F = problem.A.Dense() - Product(quotient, N_S);
+  mode.F_terms = problem.A.Dense().cwiseAbs() + quotient.cwiseAbs() * N_S.cwiseAbs();
+  if (!S.empty()) mode.source_g = -quotient * selector.transpose();
+  return Multipliers{*std::move(inverse), M_SS, N_S, selector.transpose(), {}};
 }
 
 // For each w_i = N_i x + g_i + M_i y another one whose row is the opposite: N_j = -N_i, and of M_i + M_j less is left
@@ -89,54 +105,25 @@ std::vector<Index> OppositeRows(const Problem& problem) {
   return opposite;
 }
 
-// left + map * right, whose entries are zero where they are the rounding of their terms. The voltage of an open switch
-// may be the difference of terms 1e12 times its size.
-Matrix SumWithoutRounding(const Matrix& left, const Matrix& map, const Matrix& right) {
-  constexpr double kRoundingOfTerms = 8 * std::numeric_limits<double>::epsilon();
-  const Matrix sum = left + map * right;
-  const Matrix terms = left.cwiseAbs() + map.cwiseAbs() * right.cwiseAbs();
-  return (sum.array().abs() > kRoundingOfTerms * terms.array()).select(sum, 0);
-}
-
 // y on S, and w = N x + g + M y elsewhere; w_i + w_j where j is in S, so that w_j = 0, and its row is the opposite. Of
 // the two slacks of an open switch, w and -w, rounding would be left.
-LinearOutput MakeGuard(const Problem& problem, const std::vector<Index>& opposite, const Mode& mode) {
-  const Index n = problem.num_constraints(), m = problem.num_states();
-  Matrix of_x = problem.N.Dense(), of_g = Matrix::Identity(n, n), of_y = problem.M.Dense();
+LinearOutput MakeGuard(const Problem& problem, const std::vector<Index>& opposite, const std::vector<Index>& S,
+                       const Multipliers& multipliers) {
+  const Index n = problem.num_constraints();
+  Matrix of_x = problem.N.Dense(), of_g = Matrix::Identity(n, n), of_y = problem.M.Dense()(Eigen::all, S);
   for (Index i = 0; i < n; ++i) {
     const Index j = opposite[static_cast<std::size_t>(i)];
-    if (j < 0 || !std::binary_search(mode.active.begin(), mode.active.end(), j)) continue;
+    if (j < 0 || !std::binary_search(S.begin(), S.end(), j)) continue;
     of_x.row(i).setZero();
     of_g(i, j) = 1;
-    of_y.row(i) += problem.M.Dense().row(j);
+    of_y.row(i) += problem.M.Dense()(j, S);
   }
-  LinearOutput guard;
-  guard.state = SumWithoutRounding(of_x, of_y, mode.y.state);
-  guard.g = SumWithoutRounding(of_g, of_y, mode.y.g);
-  if (!mode.is_explicit()) {
-    guard.slope = SumWithoutRounding(Matrix::Zero(n, m), of_y, mode.y.slope);
-    guard.f = SumWithoutRounding(Matrix::Zero(n, m), of_y, mode.y.f);
+  for (std::size_t p = 0; p < S.size(); ++p) {
+    of_x.row(S[p]).setZero();
+    of_g.row(S[p]).setZero();
+    of_y.row(S[p]) = Vector::Unit(of_y.cols(), static_cast<Index>(p)).transpose();
   }
-  for (const Index i : mode.active) {
-    guard.state.row(i) = mode.y.state.row(i);
-    guard.g.row(i) = mode.y.g.row(i);
-    if (mode.is_explicit()) continue;
-    guard.slope.row(i) = mode.y.slope.row(i);
-    guard.f.row(i) = mode.y.f.row(i);
-  }
-  return guard;
-}
-
-LinearOutput MakeOutputs(const Outputs& given, const Mode& mode) {
-  const Index p = given.shown(), m = given.C.cols(), n = given.D.cols();
-  const Matrix D = given.D.Dense().topRows(p);
-  LinearOutput outputs;
-  outputs.state = SumWithoutRounding(given.C.Dense().topRows(p), D, mode.y.state);
-  outputs.g = SumWithoutRounding(Matrix::Zero(p, n), D, mode.y.g);
-  if (mode.is_explicit()) return outputs;
-  outputs.slope = SumWithoutRounding(Matrix::Zero(p, m), D, mode.y.slope);
-  outputs.f = SumWithoutRounding(Matrix::Zero(p, m), D, mode.y.f);
-  return outputs;
+  return multipliers.Substitute(of_x, of_g, of_y);
 }
 
 // Row rows[p] becomes Σ steps(p, q) row rows[q]. No rows: all stay.
@@ -261,14 +248,14 @@ struct PivotElimination {
 };
 
 // `inverse`: that of the pivots of `scaled`. The first rows are the differential equations, as many as others remain.
-PivotElimination EliminatePivots(const ScaledFactors& scaled, const PivotRows& chosen, const Matrix& inverse) {
+PivotElimination EliminatePivots(const ScaledFactors& scaled, const PivotRows& chosen, const RefinedInverse& inverse) {
   const auto& [pivots, others] = chosen;
   const Index m = static_cast<Index>(others.size()), k = static_cast<Index>(pivots.size());
   const Matrix of_others = scaled.matrix(others, Eigen::all);
   PivotElimination elimination;
   Matrix& factors = elimination.factors;
-  factors = RefinedQuotient(of_others, scaled.matrix(pivots, Eigen::all), inverse);
-  const Matrix summed = of_others.cwiseAbs() * inverse.cwiseAbs();
+  factors = inverse.Quotient(of_others);
+  const Matrix summed = of_others.cwiseAbs() * inverse.value().cwiseAbs();
   std::vector<Index> own, driving;  // rows of M_SS among the others, differential equations among the pivots
   for (Index i = 0; i < m; ++i) {
     if (others[static_cast<std::size_t>(i)] >= m) own.push_back(i);
@@ -295,6 +282,37 @@ PivotElimination EliminatePivots(const ScaledFactors& scaled, const PivotRows& c
   Matrix& steps = elimination.combination.steps;
   steps = combined.cwiseInverse().asDiagonal() * steps * combined.asDiagonal();
   return elimination;
+}
+
+// y_S by the chosen pivots, and the equations of the states that remain. Absent where E is singular.
+std::optional<Multipliers> Eliminate(const ModeEquations& equations, const ScaledFactors& scaled,
+                                     const PivotRows& chosen, Mode& mode) {
+  const std::vector<Index>&pivots = chosen.pivots, &others = chosen.others;
+  const Index m = equations.of_x.cols();
+  ScaledInverse inverse = Invert(scaled.matrix(pivots, Eigen::all), scaled.row(pivots), scaled.column);
+  const PivotElimination elimination = EliminatePivots(scaled, chosen, inverse.inverse);
+  mode.num_algebraic = elimination.num_algebraic;
+  mode.row_of_state.assign(static_cast<std::size_t>(m), -1);
+  for (Index row = 0; row < m; ++row) {
+    const Index i = others[static_cast<std::size_t>(elimination.order[static_cast<std::size_t>(row)])];
+    if (i < m) mode.row_of_state[static_cast<std::size_t>(i)] = row;
+  }
+  mode.E = elimination.Rest(equations.slope, chosen);
+  mode.F = elimination.Rest(equations.of_x, chosen);
+  mode.source_g = elimination.Rest(equations.of_g, chosen);
+  mode.E_terms = elimination.TermsOfRest(equations.slope, chosen);
+  mode.F_terms = elimination.TermsOfRest(equations.of_x, chosen);
+
+  Matrix nonsingular = mode.E;
+  nonsingular.bottomRows(mode.num_algebraic) = mode.algebraic_rows();
+  const auto slope = Invert(nonsingular);
+  if (!slope) return std::nullopt;
+  mode.solve_slope = slope->Value();
+  mode.correction = mode.solve_slope.rightCols(mode.num_algebraic);
+  const Index rest = m - mode.num_algebraic;
+  mode.dynamics = mode.solve_slope.leftCols(rest) * mode.F.topRows(rest);
+  return Multipliers{std::move(inverse), equations.of_y(pivots, Eigen::all), equations.of_x(pivots, Eigen::all),
+                     equations.of_g(pivots, Eigen::all), equations.slope(pivots, Eigen::all)};
 }
 
 std::vector<std::complex<double>> Eigenvalues(const PencilForm& form) {
@@ -336,6 +354,38 @@ Eigen::VectorXcd SlowestLeftVector(const PencilForm& form, const std::vector<std
 
 }  // namespace
 
+LinearOutput Multipliers::Substitute(const Matrix& of_states, const Matrix& of_sources,
+                                     const Matrix& of_multipliers) const {
+  const Matrix quotient = inverse.Quotient(of_multipliers);
+  LinearOutput output;
+  output.state = RestWithoutRounding(of_states, quotient, of_x);
+  output.g = RestWithoutRounding(of_sources, quotient, of_g);
+  if (slope.size() == 0) return output;
+  output.slope = quotient * slope;
+  output.f = -output.slope;
+  return output;
+}
+
+void Multipliers::Refine(const std::vector<Index>& S, const LegendreSeries& x, const LegendreSeries& x_slope,
+                         const LegendreSeries& f, const LegendreSeries& g, LegendreSeries& y) const {
+  if (!inverse.inverse.is_refined()) return;
+  LegendreSeries residual(of_y.rows(), kLegendreSize);
+  for (Index p = 0; p < residual.rows(); ++p) {
+    for (Index k = 0; k < kLegendreSize; ++k) {
+      DoubleDouble sum = 0;
+      const auto add = [&sum](double factor, const DoubleDouble& value) {
+        if (factor != 0) sum = sum + DoubleDouble(factor) * value;
+      };
+      for (std::size_t q = 0; q < S.size(); ++q) add(of_y(p, static_cast<Index>(q)), y(S[q], k));
+      for (Index i = 0; i < x.rows(); ++i) add(of_x(p, i), x(i, k));
+      for (Index i = 0; i < g.rows(); ++i) add(of_g(p, i), g(i, k));
+      for (Index i = 0; i < slope.cols(); ++i) add(-slope(p, i), DoubleDouble(x_slope(i, k)) - f(i, k));
+      residual(p, k) = sum.Rounded();
+    }
+  }
+  y(S, Eigen::all) -= inverse.Value() * residual;
+}
+
 ModeMaker::ModeMaker(const Problem& problem)
     : problem_(problem),
       units_(problem.num_states()),
@@ -357,61 +407,35 @@ ModeEquations ModeMaker::EquationsOf(const std::vector<Index>& S) const {
   return equations;
 }
 
-// Gaussian elimination of y_S with complete pivoting, each equation relative to the size of its other terms. False
+// Gaussian elimination of y_S with complete pivoting, each equation relative to the size of its other terms. Absent
 // where y_S is not determined; `mode` has no E where its pivots are the rows of M_SS.
-bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
+std::unique_ptr<Mode> ModeMaker::MakeEquations(std::vector<Index> active, const DataSizes& sizes) const {
+  auto result = std::make_unique<Mode>();
+  Mode& mode = *result;
+  mode.active = std::move(active);
   const std::vector<Index>& S = mode.active;
   const Index m = problem_.num_states(), n = problem_.num_constraints();
-  if (S.empty()) return SubstituteMultipliers(problem_, mode);
-  const ModeEquations equations = EquationsOf(S);
-  const ScaledFactors scaled = ScaleFactors(equations, sizes, problem_.horizon);
-  const auto chosen = ChoosePivots(scaled.matrix);
-  if (!chosen) return false;
-  const std::vector<Index>&pivots = chosen->pivots, &others = chosen->others;
-  if (pivots.front() >= m && SubstituteMultipliers(problem_, mode)) return true;
-
-  Matrix inverse = RefinedInverse(scaled.matrix(pivots, Eigen::all));
-  ClearStructuralZeros(scaled.matrix(pivots, Eigen::all), inverse);
-  const PivotElimination elimination = EliminatePivots(scaled, *chosen, inverse);
-  mode.num_algebraic = elimination.num_algebraic;
-  mode.row_of_state.assign(static_cast<std::size_t>(m), -1);
-  for (Index row = 0; row < m; ++row) {
-    const Index i = others[static_cast<std::size_t>(elimination.order[static_cast<std::size_t>(row)])];
-    if (i < m) mode.row_of_state[static_cast<std::size_t>(i)] = row;
+  std::optional<Multipliers>& multipliers = mode.multipliers;
+  if (S.empty()) {
+    multipliers = SubstituteMultipliers(problem_, mode);
+  } else {
+    const ModeEquations equations = EquationsOf(S);
+    const ScaledFactors scaled = ScaleFactors(equations, sizes, problem_.horizon);
+    const auto chosen = ChoosePivots(scaled.matrix);
+    if (!chosen) return nullptr;
+    if (chosen->pivots.front() >= m) multipliers = SubstituteMultipliers(problem_, mode);
+    if (!multipliers) multipliers = Eliminate(equations, scaled, *chosen, mode);
+    if (!multipliers) return nullptr;
   }
-  mode.E = elimination.Rest(equations.slope, *chosen);
-  mode.F = elimination.Rest(equations.of_x, *chosen);
-  mode.source_g = elimination.Rest(equations.of_g, *chosen);
-  mode.E_terms = elimination.TermsOfRest(equations.slope, *chosen);
-  mode.F_terms = elimination.TermsOfRest(equations.of_x, *chosen);
-
-  const Vector scale_of_pivots = scaled.row(pivots);
-  const Matrix solve =
-      -(ColumnsOfIdentity(n, S) * (scaled.column.asDiagonal() * inverse * scale_of_pivots.asDiagonal()));
-  mode.y.state = solve * equations.of_x(pivots, Eigen::all);
-  mode.y.slope = -(solve * equations.slope(pivots, Eigen::all));
-  mode.y.f = -mode.y.slope;
-  mode.y.g = solve * equations.of_g(pivots, Eigen::all);
-
-  Matrix nonsingular = mode.E;
-  nonsingular.bottomRows(mode.num_algebraic) = mode.algebraic_rows();
-  const auto negative_inverse = NegativeInverse(nonsingular);
-  if (!negative_inverse) return false;
-  mode.solve_slope = -*negative_inverse;
-  mode.correction = mode.solve_slope.rightCols(mode.num_algebraic);
-  const Index rest = m - mode.num_algebraic;
-  mode.dynamics = mode.solve_slope.leftCols(rest) * mode.F.topRows(rest);
-  return true;
-}
-
-std::unique_ptr<Mode> ModeMaker::MakeEquations(std::vector<Index> active, const DataSizes& sizes) const {
-  auto mode = std::make_unique<Mode>();
-  mode->active = std::move(active);
-  if (!Eliminate(sizes, *mode)) return nullptr;
-  mode->guard = MakeGuard(problem_, opposite_, *mode);
-  if (problem_.outputs.shown() > 0) mode->outputs = MakeOutputs(problem_.outputs, *mode);
-  if (mode->is_explicit()) mode->dynamics = mode->F;
-  return mode;
+  mode.y = multipliers->Substitute(Matrix::Zero(n, m), Matrix::Zero(n, n), ColumnsOfIdentity(n, S));
+  mode.guard = MakeGuard(problem_, opposite_, S, *multipliers);
+  if (const Outputs& given = problem_.outputs; given.shown() > 0) {
+    const Index p = given.shown();
+    mode.outputs_of_y = given.D.Dense().topRows(p)(Eigen::all, S);
+    mode.outputs = multipliers->Substitute(given.C.Dense().topRows(p), Matrix::Zero(p, n), mode.outputs_of_y);
+  }
+  if (mode.is_explicit()) mode.dynamics = mode.F;
+  return result;
 }
 
 std::unique_ptr<Mode> ModeMaker::Make(std::vector<Index> active, const DataSizes& sizes) const {

@@ -5,10 +5,13 @@
 #define DLCS_CORE_EVENT_DRIVEN_MODE_H_
 
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "core/discretization/legendre.h"
 #include "core/event_driven/magnitudes.h"
 #include "core/linalg/pencil_form.h"
+#include "core/linalg/refined_inverse.h"
 #include "core/problem/problem.h"
 #include "core/types.h"
 
@@ -20,6 +23,32 @@ struct LinearOutput {
   Matrix slope;
   Matrix f;
   Matrix g;
+};
+
+// An inverse in units in which rows and columns can be compared: that of row.asDiagonal() · matrix ·
+// column.asDiagonal().
+struct ScaledInverse {
+  RefinedInverse inverse;
+  Vector row, column;
+
+  Matrix Value() const { return column.asDiagonal() * inverse.value() * row.asDiagonal(); }
+  // rows · matrix⁻¹.
+  Matrix Quotient(const Matrix& rows) const { return inverse.Quotient(rows * column.asDiagonal()) * row.asDiagonal(); }
+};
+
+// y_S by the equations that determine it, the pivots: slope (x' - f) = of_x x + of_y y_S + of_g g. An empty `slope`
+// stands for zero.
+struct Multipliers {
+  ScaledInverse inverse;  // of of_y
+  Matrix of_y, of_x, of_g, slope;
+
+  // of_states x + of_sources g + of_multipliers y_S, with factors that have no more than the rounding of their terms.
+  LinearOutput Substitute(const Matrix& of_states, const Matrix& of_sources, const Matrix& of_multipliers) const;
+  // Corrects rows S of y by the residual of these equations in twice the digits: then differences of y_S have the
+  // digits that x and sources determine, and w_S is zero to the rounding of its terms. Does nothing where the inverse
+  // is well conditioned.
+  void Refine(const std::vector<Index>& S, const LegendreSeries& x, const LegendreSeries& x_slope,
+              const LegendreSeries& f, const LegendreSeries& g, LegendreSeries& y) const;
 };
 
 // While S is active, w_S = 0, and y = 0 outside S:
@@ -40,8 +69,10 @@ struct LinearOutput {
 struct Mode {
   std::vector<Index> active;  // S, increasing
   LinearOutput y;             // n rows, zero outside S
+  std::optional<Multipliers> multipliers;
   LinearOutput guard;         // n rows: y_i for i in S, w_i otherwise; the mode ends where one becomes negative
   LinearOutput outputs;       // the outputs that are not hidden, without their sources
+  Matrix outputs_of_y;        // the factors of y_S in them: who has the trajectory computes them with a rounded y
 
   Matrix E;         // m × m; empty: the identity
   Matrix F;         // m × m
@@ -90,7 +121,6 @@ class ModeMaker {
 
  private:
   ModeEquations EquationsOf(const std::vector<Index>& S) const;
-  bool Eliminate(const DataSizes& sizes, Mode& mode) const;
 
   const Problem& problem_;
   Vector units_;  // of the states, powers of two

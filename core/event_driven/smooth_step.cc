@@ -266,6 +266,8 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   step.layer = 2 * solution.layer.cwiseAbs();
   step.y = Output(mode.y, solution, sources);
   step.guard.values = Output(mode.guard, solution, sources);
+  mode.multipliers->Refine(mode.active, solution.x, solution.slope, sources.f, sources.g, step.y);
+  step.guard.values(mode.active, Eigen::all) = step.y(mode.active, Eigen::all);
   if (mode.outputs.state.rows() > 0) step.outputs.values = Output(mode.outputs, solution, sources);
   step.x = std::move(solution.x);
 
@@ -276,6 +278,7 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   errors.OfLinearRows(mode.guard, lift, step.guard);
   if (mode.outputs.state.rows() > 0) {
     errors.OfLinearRows(mode.outputs, 2 * mode.outputs.state * solution.layer, step.outputs);
+    step.outputs.noise += kUnit * AbsTimes(mode.outputs_of_y, SizeOfRows(step.y(mode.active, Eigen::all)));
   }
   step.x_size = errors.x_size();
   const Vector guard_size = SizeOfRows(step.guard.values);

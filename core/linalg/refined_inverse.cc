@@ -1,26 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/linalg/refined_inverse.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/linalg/bounded_sum.h"
 #include "core/linalg/double_double.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
+#include "core/linalg/panel_product.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
 
-constexpr double kWellConditioned = 1e3;
-
-// sum - left · right.
-Matrix Residual(const Matrix& sum, const Matrix& left, const Matrix& right) {
-  Matrix residual(left.rows(), right.cols());
+// I - matrix · inverse in twice the digits, rounded.
+Matrix ResidualOf(const Matrix& matrix, const Matrix& inverse) {
+  Matrix residual(matrix.rows(), inverse.cols());
   for (Index j = 0; j < residual.cols(); ++j) {
     LookForStop();
     for (Index i = 0; i < residual.rows(); ++i) {
-      DoubleDouble rest = sum(i, j);
-      for (Index k = 0; k < left.cols(); ++k) {
-        if (left(i, k) != 0 && right(k, j) != 0) rest = rest - DoubleDouble(left(i, k)) * right(k, j);
+      DoubleDouble rest = i == j ? 1 : 0;
+      for (Index k = 0; k < matrix.cols(); ++k) {
+        if (matrix(i, k) != 0 && inverse(k, j) != 0) rest = rest - DoubleDouble(matrix(i, k)) * inverse(k, j);
       }
       residual(i, j) = rest.Rounded();
     }
@@ -28,33 +30,45 @@ Matrix Residual(const Matrix& sum, const Matrix& left, const Matrix& right) {
   return residual;
 }
 
-bool IsWellConditioned(const Matrix& matrix, const Matrix& inverse) {
-  return !(InfinityNorm(matrix) * InfinityNorm(inverse) > kWellConditioned) || !inverse.allFinite();
-}
-
 }  // namespace
 
-Matrix RefinedInverse(const Matrix& matrix) {
+RefinedInverse::RefinedInverse(const Matrix& matrix) {
+  constexpr double kWellConditioned = 1e3;
   constexpr int kMaxSteps = 3;
-  const Matrix identity = Matrix::Identity(matrix.rows(), matrix.rows());
   const PanelLu factors(matrix);
-  Matrix inverse = factors.Solve(identity);
-  if (IsWellConditioned(matrix, inverse)) return inverse;
-  for (int step = 0; step < kMaxSteps; ++step) {
-    const Matrix correction = factors.Solve(Residual(identity, matrix, inverse));
-    const double size = correction.cwiseAbs().maxCoeff(), of_inverse = inverse.cwiseAbs().maxCoeff();
-    if (!(size < of_inverse)) break;  // so ill conditioned that it does not converge
-    inverse += correction;
-    if (size <= RoundingOf(8) * of_inverse) break;
+  value_ = factors.Solve(Matrix::Identity(matrix.rows(), matrix.rows()));
+  if (!(InfinityNorm(matrix) * InfinityNorm(value_) > kWellConditioned) || !value_.allFinite()) return;
+  double of_factors = 0;  // the relative error of a solve with them
+  for (int step = 0; true; ++step) {
+    const Matrix correction = factors.Solve(ResidualOf(matrix, value_));
+    const double size = correction.cwiseAbs().maxCoeff(), of_value = value_.cwiseAbs().maxCoeff();
+    if (step == 0) of_factors = size / of_value;
+    if (!(of_factors < 1)) return;  // so ill conditioned that it does not converge
+    if (size <= RoundingOf(2) * of_value || step == kMaxSteps) {
+      rest_ = correction;
+      error_ = std::max(of_factors, RoundingOf(1)) * size;
+      return;
+    }
+    value_ += correction;
   }
-  return inverse;
 }
 
-Matrix RefinedQuotient(const Matrix& rows, const Matrix& matrix, const Matrix& inverse) {
-  Matrix quotient = rows * inverse;
-  if (rows.rows() == 0 || IsWellConditioned(matrix, inverse)) return quotient;
-  const Matrix correction = Residual(rows, quotient, matrix) * inverse;
-  quotient += (quotient.array() != 0).select(correction, 0);
+Matrix RefinedInverse::Quotient(const Matrix& rows) const {
+  if (!is_refined()) return Product(rows, value_);
+  Matrix quotient(rows.rows(), value_.cols());
+  const Vector errors = error_ * rows.cwiseAbs().rowwise().sum();
+  for (Index j = 0; j < quotient.cols(); ++j) {
+    LookForStop();
+    for (Index i = 0; i < quotient.rows(); ++i) {
+      DoubleDouble sum = 0;
+      for (Index k = 0; k < rows.cols(); ++k) {
+        if (rows(i, k) != 0 && value_(k, j) != 0) {
+          sum = sum + DoubleDouble(rows(i, k)) * DoubleDouble(value_(k, j), rest_(k, j));
+        }
+      }
+      quotient(i, j) = std::abs(sum.Rounded()) > errors[i] ? sum.Rounded() : 0;
+    }
+  }
   return quotient;
 }
 
