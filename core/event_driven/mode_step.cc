@@ -346,16 +346,24 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   const Vector given_to_rows = integral.rightCols(K).cwiseAbs().rowwise().sum();
   int most = kMaxCorrections;
   for (int correction = 0; correction < most; ++correction) {
-    const LegendreSeries missing = Missing(x, integral, start);
+    LegendreSeries missing = Missing(x, integral, start);
     const Vector size = x.cwiseAbs().rowwise().sum();
     const Vector of_states = kRounding * (start.cwiseAbs() + size);
     const Vector of_rows = kRounding * (given_to_rows + (is_explicit ? size : Vector(mode_->E_terms * size)) +
                                         half_ * (mode_->F_terms * size));
-    const bool is_more = (missing.col(0).array().abs() > of_states.array()).any() ||
-                         (missing.rightCols(K).cwiseAbs().rowwise().maxCoeff().array() > of_rows.array()).any();
-    if (!is_more) {
+    const auto starts = missing.col(0).array().abs();
+    const Vector rows = RowMaxAbs(missing.rightCols(K));
+    if ((starts <= of_states.array()).all() && (rows.array() <= of_rows.array()).all()) {
       solution.uncertainty.setZero();
       break;
+    }
+    // Once corrected, the rounding of large rows would leave the square of it in small ones however often it is solved
+    // for.
+    if (correction > 0) {
+      missing.col(0) = (starts > of_states.array()).select(missing.col(0), 0);
+      for (Index i = 0; i < rows.size(); ++i) {
+        if (rows[i] <= of_rows[i]) missing.row(i).tail(K).setZero();
+      }
     }
     const ComplexSeries c_change = SolveIntegrated(missing);
     const LegendreSeries change = States(c_change);
