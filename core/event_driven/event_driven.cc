@@ -123,7 +123,7 @@ bool EventDriven(SolveContext& context) {
     if (was_cut || !reached || excess <= 1 || !std::isfinite(excess)) break;
     if (is_final || !MaySolveAgain(solves, work, record)) break;
     const double next = NextTolerance(of_steps, excess, no_better);
-    if (WorkAt(next, of_steps, work_of_solve) / EventDrivenLoop::kPatience > most_work) break;
+    if (WorkAt(next, of_steps, work_of_solve) / EventRecord::kPatience > most_work) break;
     if (!best || excess < best->excess) best = Save(context, record, of_steps, excess);
     of_steps = next;
     allowed_rounding *= kOfRounding;

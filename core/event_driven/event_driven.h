@@ -25,9 +25,6 @@ inline Index MaxDefaultEventWork(std::size_t output_times, std::size_t break_poi
          kOfABreakPoint * static_cast<Index>(break_points);
 }
 
-// Times as much where the pace shows that this is enough.
-inline constexpr Index kPatience = 8;
-
 // Follows the system from mode to mode. In a mode (core/event_driven/mode.h) the system is a linear differential
 // equation, solved by collocation of degree 12 with the step that the tolerance allows (core/event_driven/mode_step.h,
 // smooth_step.h); the mode ends where the first guard crosses zero, located to rounding on the polynomials; the next

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "core/context/consistency.h"
-#include "core/event_driven/event_driven.h"
 #include "core/linalg/balance.h"
 #include "core/linalg/norms.h"
 
@@ -141,7 +140,7 @@ bool EventDrivenLoop::Cross(double end) {
 bool EventDrivenLoop::IsBeyondWork() const {
   const auto work = static_cast<double>(record_.Work(problem_.num_states()));
   const auto most = static_cast<double>(most_work_);
-  return work >= most && work >= kPatience * most * (t_ / problem_.horizon);
+  return work >= most && work >= EventRecord::kPatience * most * (t_ / problem_.horizon);
 }
 
 // Continues after a kink of the sources as after a break point. If g jumps there, the state may jump too.

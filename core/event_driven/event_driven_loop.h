@@ -26,13 +26,9 @@ namespace dlcs {
 
 class EventDrivenLoop {
  public:
-  // A solve that advances so evenly that it will reach T within so many times its work may continue: many short modes
-  // do not mean that it will not end.
-  static constexpr Index kPatience = 8;
-
   // Keeps references. `asked` is the tolerance of the solution, `tolerance` that of its steps, and `allowed_rounding`
-  // that of Magnitudes. Gives up when EventRecord::Work() exceeds `most_work`, or kPatience times that if its pace is
-  // enough for T.
+  // that of Magnitudes. Gives up when EventRecord::Work() exceeds `most_work`, or EventRecord::kPatience times that if
+  // its pace is enough for T.
   EventDrivenLoop(SolveContext& context, double asked, double tolerance, double allowed_rounding, Index most_work,
                   EventRecord& record);
 

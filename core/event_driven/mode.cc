@@ -61,10 +61,11 @@ Matrix ColumnsOfIdentity(Index n, const std::vector<Index>& S) {
 
 // left - quotient · right, whose entries are zero where they are the rounding of their terms. The voltage of an open
 // switch may be the difference of terms 1e12 times its size.
-Matrix RestWithoutRounding(const Matrix& left, const Matrix& quotient, const Matrix& right) {
+Matrix RestWithoutRounding(const Matrix& left, const Matrix& quotient, const Matrix& terms_of_quotient,
+                           const Matrix& right) {
   constexpr double kRoundingOfTerms = 8 * std::numeric_limits<double>::epsilon();
   const Matrix rest = left - quotient * right;
-  const Matrix terms = left.cwiseAbs() + quotient.cwiseAbs() * right.cwiseAbs();
+  const Matrix terms = left.cwiseAbs() + terms_of_quotient * right.cwiseAbs();
   return (rest.array().abs() > kRoundingOfTerms * terms.array()).select(rest, 0);
 }
 
@@ -77,9 +78,9 @@ std::optional<Multipliers> SubstituteMultipliers(const Problem& problem, Mode& m
   ClearRounding(Scaled(M_SS, {inverse->row, inverse->column}), inverse->inverse);
   const Matrix N_S = problem.N.Dense()(S, Eigen::all);
   const Matrix selector = ColumnsOfIdentity(problem.num_constraints(), S);
-  const Matrix quotient = inverse->Quotient(problem.B.Dense()(Eigen::all, S));
+  const Matrix B_S = problem.B.Dense()(Eigen::all, S), quotient = inverse->Quotient(B_S);
   mode.F = problem.A.Dense() - Product(quotient, N_S);
-  mode.F_terms = problem.A.Dense().cwiseAbs() + quotient.cwiseAbs() * N_S.cwiseAbs();
+  mode.F_terms = problem.A.Dense().cwiseAbs() + inverse->TermsOfQuotient(B_S, quotient) * N_S.cwiseAbs();
   if (!S.empty()) mode.source_g = -quotient * selector.transpose();
   return Multipliers{*std::move(inverse), M_SS, N_S, selector.transpose(), {}};
 }
@@ -354,12 +355,21 @@ Eigen::VectorXcd SlowestLeftVector(const PencilForm& form, const std::vector<std
 
 }  // namespace
 
+Matrix ScaledInverse::Quotient(const Matrix& rows) const {
+  return inverse.Quotient(rows * column.asDiagonal()) * row.asDiagonal();
+}
+
+Matrix ScaledInverse::TermsOfQuotient(const Matrix& rows, const Matrix& quotient) const {
+  const Matrix of_scaled = quotient * row.cwiseInverse().asDiagonal();
+  return inverse.TermsOfQuotient(rows * column.asDiagonal(), of_scaled) * row.asDiagonal();
+}
+
 LinearOutput Multipliers::Substitute(const Matrix& of_states, const Matrix& of_sources,
                                      const Matrix& of_multipliers) const {
-  const Matrix quotient = inverse.Quotient(of_multipliers);
+  const Matrix quotient = inverse.Quotient(of_multipliers), terms = inverse.TermsOfQuotient(of_multipliers, quotient);
   LinearOutput output;
-  output.state = RestWithoutRounding(of_states, quotient, of_x);
-  output.g = RestWithoutRounding(of_sources, quotient, of_g);
+  output.state = RestWithoutRounding(of_states, quotient, terms, of_x);
+  output.g = RestWithoutRounding(of_sources, quotient, terms, of_g);
   if (slope.size() == 0) return output;
   output.slope = quotient * slope;
   output.f = -output.slope;

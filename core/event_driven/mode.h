@@ -32,8 +32,9 @@ struct ScaledInverse {
   Vector row, column;
 
   Matrix Value() const { return column.asDiagonal() * inverse.value() * row.asDiagonal(); }
-  // rows · matrix⁻¹.
-  Matrix Quotient(const Matrix& rows) const { return inverse.Quotient(rows * column.asDiagonal()) * row.asDiagonal(); }
+  // rows · matrix⁻¹, and RefinedInverse::TermsOfQuotient().
+  Matrix Quotient(const Matrix& rows) const;
+  Matrix TermsOfQuotient(const Matrix& rows, const Matrix& quotient) const;
 };
 
 // y_S by the equations that determine it, the pivots: slope (x' - f) = of_x x + of_y y_S + of_g g. An empty `slope`

@@ -46,7 +46,7 @@ RefinedInverse::RefinedInverse(const Matrix& matrix) {
     if (!(of_factors < 1)) return;  // so ill conditioned that it does not converge
     if (size <= RoundingOf(2) * of_value || step == kMaxSteps) {
       rest_ = correction;
-      error_ = std::max(of_factors, RoundingOf(1)) * size;
+      error_ = std::max(of_factors, RoundingOf(1)) * RoundingOf(1);
       return;
     }
     value_ += correction;
@@ -56,17 +56,17 @@ RefinedInverse::RefinedInverse(const Matrix& matrix) {
 Matrix RefinedInverse::Quotient(const Matrix& rows) const {
   if (!is_refined()) return Product(rows, value_);
   Matrix quotient(rows.rows(), value_.cols());
-  const Vector errors = error_ * rows.cwiseAbs().rowwise().sum();
   for (Index j = 0; j < quotient.cols(); ++j) {
     LookForStop();
     for (Index i = 0; i < quotient.rows(); ++i) {
       DoubleDouble sum = 0;
+      double terms = 0;
       for (Index k = 0; k < rows.cols(); ++k) {
-        if (rows(i, k) != 0 && value_(k, j) != 0) {
-          sum = sum + DoubleDouble(rows(i, k)) * DoubleDouble(value_(k, j), rest_(k, j));
-        }
+        if (rows(i, k) == 0 || value_(k, j) == 0) continue;
+        sum = sum + DoubleDouble(rows(i, k)) * DoubleDouble(value_(k, j), rest_(k, j));
+        terms += std::abs(rows(i, k) * value_(k, j));
       }
-      quotient(i, j) = std::abs(sum.Rounded()) > errors[i] ? sum.Rounded() : 0;
+      quotient(i, j) = std::abs(sum.Rounded()) > error_ * terms ? sum.Rounded() : 0;
     }
   }
   return quotient;

@@ -36,11 +36,15 @@ class RefinedInverse {
   // little may be left. What may be the error of the inverse alone is zero. Cost: that of the product; where the
   // inverse is refined, some 40 operations for each nonzero entry of `rows` and each column.
   Matrix Quotient(const Matrix& rows) const;
+  // The sizes that the entries of that have some ulps of as errors.
+  Matrix TermsOfQuotient(const Matrix& rows, const Matrix& quotient) const {
+    return is_refined() ? Matrix(quotient.cwiseAbs()) : Matrix(rows.cwiseAbs() * value_.cwiseAbs());
+  }
 
  private:
   Matrix value_;
   Matrix rest_;       // empty if not refined
-  double error_ = 0;  // of each entry of value + rest
+  double error_ = 0;  // of value + rest, relative to `value`
 };
 
 }  // namespace dlcs

@@ -12,6 +12,7 @@
 #include "core/driver/report.h"
 #include "core/driver/step_control.h"
 #include "core/event_driven/event_driven.h"
+#include "core/event_driven/event_record.h"
 #include "core/event_driven/mode_sizes.h"
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
@@ -75,7 +76,7 @@ class Search {
       : asked_(options),
         problem_(problem),
         horizon_(horizon),
-        most_work_(kPatience * MaxDefaultEventWork(0, BreakPoints(problem).size())),
+        most_work_(EventRecord::kPatience * MaxDefaultEventWork(0, BreakPoints(problem).size())),
         finds_period_(options.period == Options::kFindPeriod),
         tolerance_(options.error_tolerance > 0 ? options.error_tolerance : Options::kDefaultErrorTolerance),
         tight_(kShare * tolerance_),

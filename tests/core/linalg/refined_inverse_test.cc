@@ -40,6 +40,13 @@ TEST(RefinedInverseTest, QuotientsOfCancelingRowsHaveTheirDigitsToo) {
   EXPECT_NEAR(quotient(1, 0) * r, 1, 1e-12);
 }
 
+TEST(RefinedInverseTest, QuotientsKeepEntriesOfAnySize) {
+  const double unit = 0x1p-200, r = 0x1p-20;
+  const Matrix matrix{{1, 0, 0}, {unit, 1 + r, -1}, {0, -1, 1 + r}};
+  const Matrix quotient = RefinedInverse(matrix).Quotient(Matrix{{3 * unit, 1, -1}});
+  EXPECT_NEAR(quotient(0, 0) / unit, 3 - 1 / (2 + r), 1e-15);
+}
+
 TEST(RefinedInverseTest, IsThatOfFactorsWhereTheMatrixIsWellConditioned) {
   const Matrix matrix = testing::RandomMatrix(6, 6, 3);
   EXPECT_EQ(RefinedInverse(matrix).value(), PanelLu(matrix).Solve(Matrix::Identity(6, 6)));

@@ -169,7 +169,8 @@ TEST(PeriodicExtensionTest, MeasurementsAreThoseOfASolveThatFollowsThePeriodicSo
   }
   for (const int number : {1, 2, 7, MeasurementInstant::kLast}) {
     for (const double after : {0.0, 1.13}) {
-      const MeasurementInstant up = CrossingAt(0, mean, kRising, number, after), tick = CrossingAt(2, 0.5, kRising, number),
+      const MeasurementInstant up = CrossingAt(0, mean, kRising, number, after),
+                               tick = CrossingAt(2, 0.5, kRising, number),
                                jump = CrossingAt(2, 0.5, kFalling, number, after),
                                either = CrossingAt(1, 0.2, CrossingDirection::kEither, number, after);
       for (const MeasurementInstant& instant : {up, tick, jump, either}) {
