@@ -80,6 +80,14 @@ double PartOfTail(double s) {
   return std::min(1.0, (1 - s) * (2 * K + 1) / 2 * std::sqrt(std::numbers::pi * K / 2));
 }
 
+// How much later a guard vanishes that is larger by `error` than one that vanishes with this slope and second
+// derivative. If it does not vanish at all, the event may be missed, or the next one may come as early: up to where the
+// guard turns.
+double DelayOf(double error, double speed, double curvature) {
+  const double squared = speed * speed - 2 * curvature * error;
+  return squared >= 0 ? 2 * error / (std::copysign(std::sqrt(squared), -speed) - speed) : -speed / curvature;
+}
+
 // How far the polynomial x of a step moves in `time` from position s on, as a line beyond its end.
 Vector Moved(const LegendreSeries& x, double length, double s, double time) {
   const double inside = std::min(time, (1 - s) / 2 * length);
@@ -209,7 +217,9 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
 double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& sources, double s_end, Index guard) {
   const Mode& mode = step.stepper->mode();
   const LegendreVector slope_at = 2 / sources.length * LegendreSlopes(LegendreValues(s_end));
-  const double speed = step.guard.values.row(guard).dot(slope_at);
+  const LegendreVector series = step.guard.values.row(guard).transpose();
+  const double speed = series.dot(slope_at);
+  const double curvature = 2 / sources.length * DerivativeOf(series).dot(slope_at);
   event_.x = step.x;
   event_.length = sources.length;
   event_.s = s_end;
@@ -220,8 +230,7 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
     double moved = mode.guard.state.row(guard).dot(errors_.col(e));
     if (mode.guard.slope.size() > 0) moved += mode.guard.slope.row(guard).dot(slopes_.col(e));
     const double own = e < kSamples ? kRoundingOfRow * step.guard.terms[guard] : part_of_tail * step.guard.tail[guard];
-    const double delay = -(moved + std::copysign(own, moved)) / speed;
-    // If a guard only touches zero, its speed is useless.
+    const double delay = DelayOf(moved + std::copysign(own, moved), speed, curvature);
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
   }
   const Largest delays = SizesOf(Eigen::Map<const Eigen::Matrix<double, 1, kErrors>>(event_.delay.data()));

@@ -49,6 +49,8 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double asked, double tol
     if (auto outputs = OutputEvaluator::Create(problem_); outputs.ok()) outputs_.emplace(*std::move(outputs));
   }
   magnitudes_.allowed_rounding = allowed_rounding;
+  uncertain_times_ = UncertainBreakPoints(problem_.f, problem_.horizon);
+  if (!context.y_is_lipschitz()) lcp_of_jumps_ = MakeLcpSolver(problem_.M, context.selection);
   if (context.options.keep_flow) flow_.emplace(problem_.num_states(), !context.y_is_lipschitz());
 }
 
@@ -74,11 +76,17 @@ bool EventDrivenLoop::Run() {
   return true;
 }
 
-// Times are known to rounding, within which a jump of f moves the state. That is much where f is a pulse: where the
-// next break point is so near that rounding is a part of the time between them.
+// Times are known to rounding, or to that of the formula that jumps, within which a jump of f moves the state. That is
+// much where f is a pulse: where the next break point is so near that rounding is a part of the time between them.
 void EventDrivenLoop::CountTimeOfJump(double time, double nearest) {
   constexpr double kPart = 1e-12;
-  const double rounding = std::numeric_limits<double>::epsilon() * time;
+  double rounding = std::numeric_limits<double>::epsilon() * time;
+  const double same = kSameTime * time;
+  for (auto known = std::lower_bound(uncertain_times_.begin(), uncertain_times_.end(), time - same,
+                                     [](const UncertainTime&of, double t) { return of.time < t; });
+       known != uncertain_times_.end() && known->time <= time + same; ++known) {
+    rounding = std::max(rounding, known->error);
+  }
   if (rounding < kPart * nearest) return;
   Vector before(problem_.num_states()), after(problem_.num_states());
   sampler_.F(time, Side::kLeft, before);
@@ -411,8 +419,9 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   output_.AddSmooth(x_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
-  ErrorGrowth::OverlookedByCause overlooked = OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end,
-                                                               end - t_, length_.ShortestMode(t_, mode_), repelled_);
+  ErrorGrowth::OverlookedByCause overlooked =
+      OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end, end - t_, length_.ShortestMode(t_, mode_),
+                       t_ == mode_begin_, guard, repelled_, lcp_of_jumps_.get());
   // Where x was close to constraints that should not hold yet, its projection onto them is an error.
   const Vector moved = (errors_.Unexplained(x_start_ - x_) - magnitudes_.x_noise).cwiseMax(0);
   for (ErrorGrowth::Overlooked* of : {&overlooked.truncation, &overlooked.with_signs}) {

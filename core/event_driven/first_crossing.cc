@@ -130,6 +130,31 @@ Dip DipBelowZero(const LegendreVector& series, double shift, double end) {
   return dip;
 }
 
+double PartBelowZero(const LegendreVector& series, double shift, double end) {
+  constexpr double kAccuracy = 0.1;
+  constexpr double kShortest = 1e-12;
+  if (IsClearlyPositive(series, shift)) return 0;
+  Piece piece{-1, 1, GetLegendreBasis().to_bernstein.transpose() * series};
+  piece.b.array() += shift;
+  if (end < 1) CutAt(end, piece);
+  double below = 0;
+  std::array<Piece, 64> pieces;
+  std::size_t waiting = 0;
+  while (true) {
+    const double length = piece.end - piece.begin;
+    if (HasNegative(piece.b)) {
+      const bool is_below = piece.b.maxCoeff() <= 0;
+      if (!is_below && length > std::max(kShortest, kAccuracy * below)) {
+        pieces[waiting++] = CutInHalf(piece);
+        continue;
+      }
+      below += is_below ? length : length / 2;
+    }
+    if (waiting == 0) return below / (end + 1);
+    piece = pieces[--waiting];
+  }
+}
+
 std::optional<Minimum> LowestMinimum(const LegendreVector& series, double end) {
   constexpr Index kPoints = 2 * kLegendreDegree + 1;
   static const Vector s_of = -(Vector::LinSpaced(kPoints, 0, std::numbers::pi).array().cos().matrix());

@@ -29,6 +29,10 @@ struct Dip {
 // each value. Cost: K² if no Bernstein coefficient is negative, some 20 K² for a dip.
 Dip DipBelowZero(const LegendreVector& series, double shift, double end);
 
+// The part of [-1, end] on which Σ_k series[k] P_k + `shift` is negative, to a fifth. Cost: K² if no Bernstein
+// coefficient is negative, some 50 K² for each end of an interval.
+double PartBelowZero(const LegendreVector& series, double shift, double end);
+
 // The lowest local minimum of Σ_k series[k] P_k inside (-1, end); of several within 1/12 of each other, one.
 struct Minimum {
   double value;

@@ -34,11 +34,30 @@ double ValueAtBegin(const SmoothStep& step, Index guard) {
 
 struct DipsByCause {
   Dip truncation, rounding;
+  double truncation_part = 0, rounding_part = 0;  // of the step, near zero
 };
+
+// The ends of a step that are events of a guard.
+struct GuardEvents {
+  bool at_begin, at_end;
+};
+
+// The part of a step on which a guard is below `distance`, without that beside its events: it is near zero there, too,
+// and the errors of their times count that.
+double PartNearZero(const LegendreVector& series, double distance, double s_end, GuardEvents events) {
+  double part = PartBelowZero(series, -distance, s_end);
+  if (part == 0) return 0;
+  LegendreVector backwards = -series;
+  for (Index k = 1; k < kLegendreSize; k += 2) backwards[k] = -backwards[k];
+  if (events.at_begin) part -= (FirstCrossing(-series, distance).value_or(1) + 1) / (1 + s_end);
+  if (events.at_end) part -= std::max(0.0, s_end + FirstCrossing(backwards, distance).value_or(1)) / (1 + s_end);
+  return std::max(0.0, part);
+}
 
 // The part of a guard that is below zero but above its level, or that may be: where the guard comes nearer to zero than
 // its error, an event may have been missed. What is no deeper than rounding is rounding, the rest truncation.
-DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double s_end) {
+DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double s_end,
+                      GuardEvents ends) {
   constexpr double kOfNoise = 1.0 / 16;  // which is a bound
   constexpr double kMostNoise = 4;       // of which a guard has at most so many times as much
   const LegendreVector series = step.guard.values.row(guard).transpose();
@@ -56,11 +75,37 @@ DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::By
     return may_be;
   };
   const double rounding = of_state.rounding[guard];
-  const Dip both = near_zero(step.guard.truncation[guard] + rounding + of_state.truncation[guard]);
+  const double error = step.guard.truncation[guard] + rounding + of_state.truncation[guard];
+  const Dip both = near_zero(error);
   Dip of_rounding = near_zero(rounding);
   const double most = std::max(rounding, kMostNoise * noise);
   if (of_rounding.depth > most) of_rounding = {most, of_rounding.mean * most / of_rounding.depth};
-  return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding};
+  const double part = PartNearZero(series, error, s_end, ends);
+  const double of_noise = PartNearZero(series, std::min(error, rounding + kOfNoise * noise), s_end, ends);
+  return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding, part - of_noise, of_noise};
+}
+
+// By how much y jumps where the guard falls through zero: the solution of the LCP for the y and w of the step where the
+// guard is lowest, with the guard as far below zero as `error`. Zero if the LCP alone does not decide.
+Vector JumpAcross(const Problem& problem, LcpSolver& lcp, const SmoothStep& step, Index guard, double error,
+                  double s_end) {
+  const std::vector<Index>& active = step.stepper->mode().active;
+  LegendreRows at;
+  LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, at);
+  Index lowest = 0;
+  (at * step.guard.values.row(guard).transpose()).minCoeff(&lowest);
+  const Vector guards = step.guard.values * at.row(lowest).transpose();
+  Vector y = Vector::Zero(guards.size()), w = guards;
+  Basis basis(static_cast<std::size_t>(guards.size()), 0);
+  for (const Index i : active) {
+    y[i] = guards[i];
+    w[i] = 0;
+    basis[static_cast<std::size_t>(i)] = 1;
+  }
+  (y[guard] != 0 || basis[static_cast<std::size_t>(guard)] ? y : w)[guard] = -error;
+  Vector after(y.size());
+  const LcpStatus status = lcp.Solve(w - problem.M * y, Vector::Zero(y.size()), basis, after);
+  return status == LcpStatus::kSolved ? Vector(after - y) : Vector::Zero(y.size());
 }
 
 // The fastest growth of y_T > 0 with w_T = 0 through x: y_T' = -(M_TT)⁻¹ N_T B_T y_T. Zero where y_T only decays, or is
@@ -173,7 +218,8 @@ double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, 
 
 ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
                                                 const ErrorGrowth::ByCause& of_state, double s_end, double duration,
-                                                double shortest, RepelledStarts& repelled) {
+                                                double shortest, bool begins_mode, std::optional<Index> ends_mode,
+                                                RepelledStarts& repelled, LcpSolver* lcp) {
   const Matrix &B = problem.B.Dense(), &N = problem.N.Dense(), &M = problem.M.Dense();
   const Mode& mode = step.stepper->mode();
   const Vector no_state = Vector::Zero(problem.num_states());
@@ -206,8 +252,17 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
       overlooked.truncation.x += repelled_by;
       overlooked.with_signs.x += repelled_by;
     }
-    const DipsByCause dips = MissedDip(step, i, of_state, s_end);
+    const DipsByCause dips = MissedDip(step, i, of_state, s_end, {begins_mode, i == ends_mode});
     const Vector of_y = B.col(i);
+    // y_i that moves w_i neither at once nor through x, as those of a relay: other y jump for it.
+    const bool acts_on_others = M(i, i) == 0 && N.row(i).dot(of_y) == 0;
+    if (lcp && acts_on_others && dips.rounding_part + dips.truncation_part > 0) {
+      const double error = step.guard.noise[i] + step.guard.truncation[i] + of_state.truncation[i];
+      const Vector jump = B * JumpAcross(problem, *lcp, step, i, error, s_end);
+      overlooked.rounding.slope += dips.rounding_part * jump.cwiseAbs();
+      overlooked.truncation.slope += dips.truncation_part * jump.cwiseAbs();
+      overlooked.with_signs.slope += dips.truncation_part * jump;
+    }
     add(i, is_active, dips.rounding, of_y.cwiseAbs(), overlooked.rounding);
     add(i, is_active, dips.truncation, of_y.cwiseAbs(), overlooked.truncation);
     add(i, is_active, dips.truncation, of_y, overlooked.with_signs);

@@ -10,6 +10,7 @@
 
 #include "core/event_driven/error_growth.h"
 #include "core/event_driven/smooth_step.h"
+#include "core/lcp/basis/lcp_solver.h"
 #include "core/problem/problem.h"
 
 namespace dlcs {
@@ -60,10 +61,13 @@ class RepelledStarts {
 // < 0 should have made its pair active: y_i would be about w_i / M_ii; where M_ii = 0, y_i would have kept x on the
 // constraint. If a constraint should have been released earlier, the error of x is what its y causes until then, at
 // most over `duration`; for a fast state, it is the value to which the state settles. What lasts less than `shortest`
-// is within the error of the times of events. `repelled`: of the steps before.
+// is within the error of the times of events. `repelled`: of the steps before. `lcp`: a solver for M where y may jump
+// as a guard passes zero, else null; then x' is off by the jump for as long as the guard is nearer to zero than its
+// error.
 ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
                                                 const ErrorGrowth::ByCause& of_state, double s_end, double duration,
-                                                double shortest, RepelledStarts& repelled);
+                                                double shortest, bool begins_mode, std::optional<Index> ends_mode,
+                                                RepelledStarts& repelled, LcpSolver* lcp);
 
 }  // namespace dlcs
 

@@ -258,10 +258,15 @@ class Search {
   // The times in `range` where the monotone operand of switch `i` is zero, or a whole number.
   void FindCrossings(int i, Range range) {
     const bool increasing = enclosure_.decider(i).slope.lo > 0;
-    if (!IsRounding(OperationOf(i))) {
-      crossings_.push_back(Crossing(i, range, 0, increasing));
-      return;
-    }
+    const Interval slope = enclosure_.decider(i).slope;
+    const double slowest = std::min(std::abs(slope.lo), std::abs(slope.hi));
+    const auto note = [&](double t) {
+      enclosure_at_end_.EvaluateAt(t);
+      work_ += static_cast<double>(enclosure_.computed().size());
+      uncertain_.push_back({t, enclosure_at_end_.decider_at_middle(i).width() / slowest});
+      crossings_.push_back(t);
+    };
+    if (!IsRounding(OperationOf(i))) return note(Crossing(i, range, 0, increasing));
     const double at_lo = Decider(i, range.lo), at_hi = Decider(i, range.hi);
     const double first = std::ceil(std::min(at_lo, at_hi)), last = std::floor(std::max(at_lo, at_hi));
     const double count = last - first + 1;
@@ -270,7 +275,7 @@ class Search {
     }
     for (double k = 0; k < count; ++k) {
       const double level = increasing ? first + k : last - k;
-      crossings_.push_back(Crossing(i, range, level, increasing));
+      note(Crossing(i, range, level, increasing));
       range.lo = crossings_.back();
     }
   }
@@ -451,6 +456,7 @@ class Search {
         narrow_.push_back(range);
       } else if (is_narrow) {
         times.push_back(CenterOf(range));
+        uncertain_.push_back({times.back(), (range.hi - range.lo) / 2});
         narrow_.push_back(range);
       } else {
         times.push_back(range.lo);
@@ -476,6 +482,16 @@ class Search {
       if (is_inside && is_new) distinct.push_back(time);
     }
     KeepSwitches(distinct, wide);
+    std::sort(uncertain_.begin(), uncertain_.end());
+    auto known = uncertain_.begin();
+    for (const double time : result_.times) {
+      double error = 0;
+      while (known != uncertain_.end() && known->first < time) ++known;
+      for (auto same = known; same != uncertain_.end() && same->first - time <= kSameTime * time; ++same) {
+        error = std::max(error, same->second);
+      }
+      result_.time_errors.push_back(error);
+    }
   }
 
   // The same times inside, as ranges that do not overlap, increasing.
@@ -553,6 +569,7 @@ class Search {
   double work_ = 0;        // enclosures of single steps so far
   bool is_short_ = false;  // the interval that is looked at
   std::vector<double> crossings_;
+  std::vector<std::pair<double, double>> uncertain_;  // times, and by how much they may be off
   std::vector<Cluster> clusters_;
   std::map<int, std::size_t> last_cluster_;  // of each switch
   std::vector<Range> narrow_;
@@ -599,7 +616,7 @@ absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeFormula(const std:
     analyzed = cache.Get<AnalyzedFormula>(key, [&]() -> SetupCache::Made<AnalyzedFormula> {
       auto made = analyze();
       if (!made) return {};
-      const double bytes = 16.0 * static_cast<double>(made->switching.times.size()) +
+      const double bytes = 24.0 * static_cast<double>(made->switching.times.size()) +
                            static_cast<double>(sizeof(FormulaStep) * made->tree.steps.size()) + 500;
       return {std::move(made), bytes};
     });

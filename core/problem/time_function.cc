@@ -330,6 +330,20 @@ std::vector<AnalyzedComponent> AnalyzeFormulas(const TimeFunction& function, dou
   return analyzed;
 }
 
+std::vector<UncertainTime> UncertainBreakPoints(const TimeFunction& function, double horizon) {
+  std::vector<UncertainTime> uncertain;
+  for (const AnalyzedComponent& component : AnalyzeFormulas(function, horizon)) {
+    const FormulaSwitching& switching = component.formula->switching;
+    for (std::size_t k = 0; k < switching.times.size(); ++k) {
+      const UncertainTime time{switching.times[k], switching.time_errors[k]};
+      if (time.error > kSameTime * time.time) uncertain.push_back(time);
+    }
+  }
+  std::sort(uncertain.begin(), uncertain.end(),
+            [](const UncertainTime& a, const UncertainTime& b) { return a.time < b.time; });
+  return uncertain;
+}
+
 std::vector<double> BreakPoints(const TimeFunction& function, double horizon) {
   std::vector<double> points;
   for (const SmoothInterval& interval : SmoothIntervals(function)) {

@@ -126,6 +126,13 @@ std::vector<AnalyzedComponent> AnalyzeFormulas(const TimeFunction& function, dou
 // switches, increasing and distinct.
 std::vector<double> BreakPoints(const TimeFunction& function, double horizon);
 
+// Those of formulas that rounding in a formula hides for longer than doubles hide any time, increasing.
+struct UncertainTime {
+  double time = 0;
+  double error = 0;  // by how much it may be off
+};
+std::vector<UncertainTime> UncertainBreakPoints(const TimeFunction& function, double horizon);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_PROBLEM_TIME_FUNCTION_H_

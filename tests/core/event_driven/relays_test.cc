@@ -3,12 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "core/format_number.h"
 #include "core/linalg/norms.h"
+#include "core/problem/verdict.h"
 #include "tests/support/problems.h"
 #include "tests/support/solving.h"
 
@@ -17,6 +20,7 @@ namespace {
 
 using testing::kNoTolerance;
 using testing::LastActive;
+using testing::LastState;
 using testing::Relays;
 using testing::SolveAt;
 using testing::SwitchesOf;
@@ -90,6 +94,46 @@ TEST(RelaysTest, SurvivesWhereNoModeLasts) {
   EXPECT_EQ(asked.termination, Termination::kReachedEnd) << asked.message;
   EXPECT_LE(asked.accuracy.error, 1e-9);
   EXPECT_LT(MaxAbs(asked.x.rightCols(2)), 1e-9);
+}
+
+// x' = sign(s) with s = (t - 1)^p - 10^-k, which is negative for |t - 1| < 10^(-k/p). Where rounding of s hides how
+// long, or whether it is so at all, the solution is not solved.
+TEST(RelaysTest, CountsHowLongAnArgumentIsNearZero) {
+  int solved = 0;
+  for (const double tolerance : {1e-6, 1e-8}) {
+    for (int p = 2; p <= 12; p += 2) {
+      for (int k = 8; k <= 15; ++k) {
+        Problem problem;
+        problem.A = Matrix{{0}};
+        problem.B = Matrix{{-1, 0}};
+        problem.N = Matrix{{0}, {0}};
+        problem.M = Matrix{{0, 1}, {-1, 0}};
+        problem.f = TimeFunction::Constant(Vector{{1}});
+        problem.g = TimeFunction::Formulas({"(t-1)^" + std::to_string(p) + "-1e-" + std::to_string(k), "2"});
+        problem.x0 = Vector{{0}};
+        problem.horizon = 2;
+        const Solution solution = SolveAt(problem, tolerance, {2});
+        if (JudgeSolution(solution).kind != VerdictKind::kSolved) continue;
+        ++solved;
+        const double exact = 2 - 4 * std::pow(10.0, -static_cast<double>(k) / p);
+        EXPECT_LT(std::abs(LastState(solution)[0] - exact), tolerance * exact) << p << " " << k;
+      }
+    }
+  }
+  EXPECT_GE(solved, 40);
+}
+
+// An ulp of 1e15 is an eighth: so much the jumps may be off.
+TEST(RelaysTest, CountsTheRoundingInsideTheArgumentOfAJump) {
+  for (const double offset : {0.0, 1e6, 1e12, 1e15}) {
+    const std::string number = FormatNumber(offset);
+    Problem problem = Relays(Matrix{{0}}, Matrix{{0}}, Matrix{{0}}, Vector{{0}}, 4);
+    problem.f = TimeFunction::Formulas({"floor(2*t+" + number + ")-" + number});
+    const Solution solution = SolveAt(problem, 1e-9, {4});
+    const double error = std::abs(LastState(solution)[0] - 14);
+    EXPECT_LE(error, solution.accuracy.error * 14) << offset;
+    EXPECT_EQ(JudgeSolution(solution).kind == VerdictKind::kSolved, offset < 1e7) << offset;
+  }
 }
 
 }  // namespace
