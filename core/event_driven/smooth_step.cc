@@ -168,7 +168,11 @@ void StepErrors::OfStates() {
   const Vector shown = kOfShown * (kUnit * x_size_ + solution_.last_noise) + magnitudes_.x_noise;
   x_coefficients_ = is_stiff.select(x_coefficients_.cwiseMin(shown), x_coefficients_);
   step_.x_tail = EstimateTail(step_.x, x_coefficients_);
-  step_.x_error = step_.x_tail + solution_.uncertainty + (solution_.kept_layer - x_coefficients_).cwiseMax(0);
+  step_.x_hidden = RowMaxAbs(step_.x.rightCols<2>()).cwiseMin(x_coefficients_);
+  const Vector unsettled = solution_.uncertainty + (solution_.kept_layer - x_coefficients_).cwiseMax(0);
+  step_.x_error = step_.x_tail + unsettled;
+  // A fast state starts where rounding of the others puts it, and settles.
+  step_.x_unsettled = (unsettled + step_.layer).cwiseMin(step_.x_rounding);
   if ((step_.row_error.array() != 0).any()) {
     Matrix missed(m, 2);
     missed << signs.cwiseProduct(step_.row_error), step_.row_missed;
@@ -177,7 +181,8 @@ void StepErrors::OfStates() {
         TruncationOf(RowMaxAbs(response.leftCols(kLooks)), RowMaxAbs(response.rightCols(kLooks)), step_.x_rounding);
   }
   // They are zero whatever the triangular form makes of them.
-  for (const Index i : step_.unreached) step_.x_tail[i] = step_.x_error[i] = step_.layer[i] = 0;
+  for (const Index i : step_.unreached)
+    step_.x_tail[i] = step_.x_hidden[i] = step_.x_error[i] = step_.layer[i] = step_.x_unsettled[i] = 0;
 }
 
 void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, StepRows& rows) const {
@@ -263,6 +268,7 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   const Vector noise_of_sources = kUnit / kRoundingOfValues * InRows(mode, sources.f_noise, sources.g_noise);
   ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources);
   step.unreached = solution.unreached;
+  step.left = std::move(solution.left);
   step.layer = 2 * solution.layer.cwiseAbs();
   step.y = Output(mode.y, solution, sources);
   step.guard.values = Output(mode.guard, solution, sources);
