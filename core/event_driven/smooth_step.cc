@@ -143,8 +143,8 @@ void StepErrors::OfRows(const Vector& size_of_source) {
   }
   step_.row_noise *= kUnit;
   step_.row_error = InRows(mode_, sources_.f_missed.cwiseAbs(), sources_.g_missed.cwiseAbs());
-  step_.row_missed = mode_.is_explicit() ? sources_.f_missed : Vector(mode_.E * sources_.f_missed);
-  if (mode_.source_g.size() > 0) step_.row_missed += mode_.source_g * sources_.g_missed;
+  step_.row_missed = mode_.is_explicit() ? sources_.f_misfit : Vector(mode_.E * sources_.f_misfit);
+  if (mode_.source_g.size() > 0) step_.row_missed += mode_.source_g * sources_.g_misfit;
 }
 
 void StepErrors::OfStates() {
@@ -207,17 +207,17 @@ void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, St
     rows.tail = has_slope.select(kOfSlopeShown * rows.tail, rows.tail);
   }
   rows.truncation = rows.tail + lift.cwiseAbs();
-  Vector of_sources = AbsTimes(output.g, sources_.g_missed.cwiseAbs()), with_signs = output.g * sources_.g_missed;
+  Vector of_sources = AbsTimes(output.g, sources_.g_missed.cwiseAbs()), with_signs = output.g * sources_.g_misfit;
   if (output.f.size() > 0) {
     of_sources += AbsTimes(output.f, sources_.f_missed.cwiseAbs());
-    with_signs += output.f * sources_.f_missed;
+    with_signs += output.f * sources_.f_misfit;
   }
   if (output.slope.size() > 0 && mode_.num_algebraic > 0) {
     // What the interpolant of g misses is (1 - s²) U_{K-1}(s), whose slope at the ends is 2K times its largest value.
-    const Vector g_slopes = 4 * kLegendreDegree / sources_.length * sources_.g_missed;
+    const double of_slopes = 4 * kLegendreDegree / sources_.length;
     const Matrix of_g = output.slope * mode_.correction * mode_.algebraic_g();
-    of_sources += AbsTimes(of_g, g_slopes.cwiseAbs());
-    with_signs += of_g * g_slopes;
+    of_sources += of_slopes * AbsTimes(of_g, sources_.g_missed.cwiseAbs());
+    with_signs += of_slopes * (of_g * sources_.g_misfit);
   }
   rows.truncation += TruncationOf(of_sources, with_signs, noise);
 }
