@@ -210,7 +210,8 @@ PlainSystem SumOfThreePhases(Random& random) {
   const bool acts_back = random.Chance(0.5);
   if (acts_back) A.col(3).head(3).setConstant(0.3 * decay);
   VectorXd beside = VectorXd::Constant(4, acts_back ? 1 : 0);
-  beside[3] = 1;
+  // A state that only receives has its own size, unless that is zero.
+  if (odd == 1) beside[3] = 1;
   PlainSystem result = LinearSystem(A, VectorXd::Zero(4), VectorXd::Zero(4), LogUniform(random, 1, 100) / rate, beside);
   for (int k = 0; k < 3; ++k) AddWave(result.system, k, decay, rate, -kPhase * k);
   AddOutput(result.system, Eigen::Vector4d(1, 1, 1, 0));
