@@ -17,9 +17,9 @@
 #include <string>
 #include <vector>
 
-#include "tests/hostile/command_line.h"
 #include "tests/hostile/generator.h"
 #include "tests/hostile/trial.h"
+#include "tests/hostile/trial_arguments.h"
 
 namespace dlcs::hostile {
 namespace {

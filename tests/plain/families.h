@@ -4,7 +4,7 @@
 #ifndef DLCS_TESTS_PLAIN_FAMILIES_H_
 #define DLCS_TESTS_PLAIN_FAMILIES_H_
 
-#include "tests/plain/plain_system.h"
+#include "tests/plain/plain_parts.h"
 
 namespace dlcs::plain {
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/hostile/command_line.h"
+#include "tests/hostile/trial_arguments.h"
 #include "tests/plain/plain_trial.h"
 
 namespace dlcs::plain {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/hostile/command_line.h"
+#include "tests/hostile/trial_arguments.h"
 
 #include <cstdio>
 #include <cstdlib>
