@@ -54,7 +54,8 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   // t is rounded, and moves the value of a source by that times its slope.
   const double time_rounding = RoundingOf(2) * std::max(std::abs(begin), std::abs(end));
   const auto sample = [&](Index size, bool is_steady, const auto& evaluate, const auto& rounding_at,
-                          LegendreSeries& series, Vector& largest, Vector& noise, Vector& at_check, Vector& missed) {
+                          LegendreSeries& series, Vector& largest, Vector& noise, Vector& at_check, Vector& missed,
+                          Vector& misfit) {
     at_check.resize(size);
     evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
     rounding_.resize(size);
@@ -66,6 +67,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
       rounding_at(begin + length / 2, rounding_);
       noise = kSourceRounding * largest + rounding_;
       missed.setZero(size);
+      misfit.setZero(size);
       return at_check.allFinite() && noise.allFinite();
     }
     values_.resize(size, kLegendreSize);
@@ -84,9 +86,9 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
       noise = noise.cwiseMax(rounding_);
     }
     noise = kSourceRounding * largest + noise.cwiseMax(2 * time_rounding * slope_.cwiseAbs().rowwise().sum());
-    missed = at_check - ValueOf(series, at_check_position);
-    const bool finite = missed.allFinite() && noise.allFinite();
-    missed = Beyond(missed, noise);
+    misfit = at_check - ValueOf(series, at_check_position);
+    const bool finite = misfit.allFinite() && noise.allFinite();
+    missed = Beyond(misfit, noise);
     return finite;
   };
   using Value = Eigen::Ref<Vector>;
@@ -95,11 +97,11 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   const bool f_finite = sample(
       sources_.num_states(), step.f_is_steady, [&](double t, Side side, Value value) { F(t, side, value); },
       [&](double t, Value bound) { sources_.RoundingOfF(t, bound); }, step.f, step.f_size, step.f_noise,
-      step.f_at_check, step.f_missed);
+      step.f_at_check, step.f_missed, step.f_misfit);
   const bool g_finite = sample(
       sources_.num_constraints(), step.g_is_steady, [&](double t, Side side, Value value) { G(t, side, value); },
       [&](double t, Value bound) { sources_.RoundingOfG(t, bound); }, step.g, step.g_size, step.g_noise,
-      step.g_at_check, step.g_missed);
+      step.g_at_check, step.g_missed, step.g_misfit);
   step.finite = f_finite && g_finite;
   evaluations_ += kLegendreSize + 1;
 }
@@ -144,11 +146,13 @@ bool SourceSampler::Probe(StepSources& step) {
   const double end = step.begin + step.length;
   bool raised = false;
   const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& true_value,
-                        const Vector& noise, Vector& missed) {
-    const Vector here = Beyond(true_value - series * at, noise);
+                        const Vector& noise, Vector& missed, Vector& misfit) {
+    const Vector with_rounding = true_value - series * at;
+    const Vector here = Beyond(with_rounding, noise);
     for (Index i = 0; i < missed.size(); ++i) {
       if (std::abs(here[i]) <= std::abs(missed[i])) continue;
       missed[i] = here[i];  // a NaN, too
+      misfit[i] = with_rounding[i];
       raised = true;
     }
     step.finite = step.finite && true_value.allFinite();
@@ -158,9 +162,9 @@ bool SourceSampler::Probe(StepSources& step) {
   for (auto t = std::upper_bound(probes_.begin(), probes_.end(), step.begin); t != probes_.end() && *t < end; ++t) {
     const LegendreVector at = LegendreValues(2 * (*t - step.begin) / step.length - 1);
     F(*t, Side::kLeft, true_f_);
-    look(step.f, at, true_f_, step.f_noise, step.f_missed);
+    look(step.f, at, true_f_, step.f_noise, step.f_missed, step.f_misfit);
     G(*t, Side::kLeft, true_g_);
-    look(step.g, at, true_g_, step.g_noise, step.g_missed);
+    look(step.g, at, true_g_, step.g_noise, step.g_missed, step.g_misfit);
     ++evaluations_;
   }
   return raised;

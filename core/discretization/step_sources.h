@@ -26,6 +26,7 @@ struct StepSources {
   double check_s = 0;                             // the position of that time, in (-1, 1)
   Vector f_at_check, g_at_check;                  // the true values there
   Vector f_missed, g_missed;                      // true value - polynomial there, beyond rounding
+  Vector f_misfit, g_misfit;  // with rounding: those of symmetric sources add up to no more than that
   Vector f_size, g_size;                          // max |f_i|, |g_i| over the nodes
   Vector f_noise, g_noise;                        // bounds of the rounding errors of values and of their times
   bool finite = false;                            // all of these are, and every value

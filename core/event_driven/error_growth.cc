@@ -180,7 +180,13 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
     errors_.row(i).setZero();
     slopes_.row(i).setZero();
   }
+  // Of a step that an event cuts, they are those of what may grow behind the event.
+  const double of_whole = s_end == 1 ? 1 : 0;
+  const Vector left = of_whole * ValueOf(step.left, at);
   for (Index e = 0; e < kSamples; ++e) {
+    const Vector size = errors_.col(e).cwiseAbs().cwiseMax(std::numeric_limits<double>::min());
+    const bool is_against = errors_.col(e).cwiseQuotient(size).dot(left.cwiseQuotient(size)) < 0;
+    errors_.col(e) += (is_against ? -1 : 1) * left;
     errors_.col(e) +=
         SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
     AddTo(e, overlooked.rounding.x);
@@ -205,11 +211,14 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
   Matrix unexcused = errors_;
   Shrink(ValueOf(step.x, slope_at), shifts, unexcused);
   const Largest at_end = SizesOf(unexcused);
+  const Matrix left_inside = of_whole * step.left.lazyProduct(LooksBefore(s_end));
+  // A coefficient that is taken for rounding counts as rounding.
+  const Vector inside = RowMaxAbs(left_inside) + of_whole * step.x_hidden + step.x_unsettled;
   for (Index i = 0; i < rounding.size(); ++i) {
-    const double own = step.x_error[i] + step.layer[i];
-    x_.Raise(i, at_end.truncation[i] + own, at_end.with_signs[i] + own, at_end.rounding[i]);
+    const double own = step.x_error[i] + step.layer[i] - step.x_unsettled[i];
+    x_.Raise(i, at_end.truncation[i] + own, at_end.with_signs[i] + own, at_end.rounding[i] + inside[i]);
   }
-  RaiseOutputs(step, slope_at, shifts, overlooked);
+  RaiseOutputs(step, slope_at, shifts, overlooked, left_inside);
   return time_error;
 }
 
@@ -285,9 +294,9 @@ ErrorGrowth::ByCause ErrorGrowth::InGuards(const Mode& mode) const {
 }
 
 void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts,
-                               const OverlookedByCause& overlooked) {
+                               const OverlookedByCause& overlooked, const Matrix& left_inside) {
   const Mode& mode = step.stepper->mode();
-  const Largest guards = InRows(mode.guard, step.guard, slope_at, shifts);
+  const Largest guards = InRows(mode.guard, step.guard, slope_at, shifts, left_inside);
   const Index n = guards.rounding.size();
   std::vector<bool> is_active(static_cast<std::size_t>(n));
   for (const Index i : mode.active) is_active[static_cast<std::size_t>(i)] = true;
@@ -298,7 +307,7 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slo
     y_.Raise(i, dip, dip, overlooked.rounding.y[i]);
   }
   if (outputs_.rounding.size() == 0) return;
-  const Largest outputs = InRows(mode.outputs, step.outputs, slope_at, shifts);
+  const Largest outputs = InRows(mode.outputs, step.outputs, slope_at, shifts, left_inside);
   const Vector dips = problem_.outputs.D.AbsTimes(overlooked.truncation.y);
   const Vector of_rounding = problem_.outputs.D.AbsTimes(overlooked.rounding.y);
   for (Index i = 0; i < outputs.rounding.size(); ++i) {
@@ -309,14 +318,15 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slo
 
 // The errors of linear functions of the solution at the end of the step, and their own.
 ErrorGrowth::Largest ErrorGrowth::InRows(const LinearOutput& output, const StepRows& rows,
-                                         const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts) const {
+                                         const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts,
+                                         const Matrix& left_inside) const {
   Matrix of_x = output.state * errors_;
   if (output.slope.size() > 0) of_x += output.slope * slopes_;
   Shrink(ValueOf(rows.values, slope_at), shifts, of_x);
   Largest errors = SizesOf(of_x);
   errors.truncation += rows.truncation;
   errors.with_signs += rows.truncation;
-  errors.rounding += kRoundingOfRow * rows.terms;
+  errors.rounding += kRoundingOfRow * rows.terms + RowMaxAbs(Matrix(output.state * left_inside));
   return errors;
 }
 

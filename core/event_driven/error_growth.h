@@ -96,12 +96,13 @@ class ErrorGrowth {
   // The sizes of the errors in the columns; rounding is the largest sample.
   static Largest SizesOf(const Matrix& errors);
   // The errors of y and w for those of x at the end of the step. What fast states make of them at its begin decays at
-  // once. `slope_at` makes slopes of polynomials; `shifts` are the times that excuse the errors.
+  // once. `slope_at` makes slopes of polynomials; `shifts` are the times that excuse the errors; `left_inside` is what
+  // the refinement left of x at some times of the step.
   void RaiseOutputs(const SmoothStep& step, const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts,
-                    const OverlookedByCause& overlooked);
+                    const OverlookedByCause& overlooked, const Matrix& left_inside);
 
   Largest InRows(const LinearOutput& output, const StepRows& rows, const LegendreVector& slope_at,
-                 const Eigen::RowVectorXd& shifts) const;
+                 const Eigen::RowVectorXd& shifts, const Matrix& left_inside) const;
 
   const Problem& problem_;
   Matrix errors_;  // one a column

@@ -540,7 +540,7 @@ void EventDrivenLoop::Finish() {
   cost.coupled_steps = record_.coupled_steps;
   cost.lcps += search_.lcps() + coupled_steps_.lcps();
   record_.errors = errors_.Errors(magnitudes_);
-  context_.certificate.Replace(output_.certificate());
+  context_.certificate.Replace(output_.certificate(record_.errors.x.rounding));
   solution.pieces = output_.TakePieces();
   if (flow_) solution.flow = flow_->Record();
 }

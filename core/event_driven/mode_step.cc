@@ -345,8 +345,8 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   solution.uncertainty = Vector::Zero(start.size());
   const Vector given_to_rows = integral.rightCols(K).cwiseAbs().rowwise().sum();
   int most = kMaxCorrections;
+  LegendreSeries missing = Missing(x, integral, start);
   for (int correction = 0; correction < most; ++correction) {
-    LegendreSeries missing = Missing(x, integral, start);
     const Vector size = x.cwiseAbs().rowwise().sum();
     const Vector of_states = kRounding * (start.cwiseAbs() + size);
     const Vector of_rows = kRounding * (given_to_rows + (is_explicit ? size : Vector(mode_->E_terms * size)) +
@@ -359,13 +359,14 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     }
     // Once corrected, the rounding of large rows would leave the square of it in small ones however often it is solved
     // for.
+    LegendreSeries corrected = missing;
     if (correction > 0) {
-      missing.col(0) = (starts > of_states.array()).select(missing.col(0), 0);
+      corrected.col(0) = (starts > of_states.array()).select(missing.col(0), 0);
       for (Index i = 0; i < rows.size(); ++i) {
-        if (rows[i] <= of_rows[i]) missing.row(i).tail(K).setZero();
+        if (rows[i] <= of_rows[i]) corrected.row(i).tail(K).setZero();
       }
     }
-    const ComplexSeries c_change = SolveIntegrated(missing);
+    const ComplexSeries c_change = SolveIntegrated(corrected);
     const LegendreSeries change = States(c_change);
     const Vector changed = change.cwiseAbs().rowwise().sum();
     // What does not converge is left as it is, and the step is too long for the form.
@@ -373,12 +374,15 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     c += c_change;
     x += change;
     for (const Index i : solution.unreached) x.row(i).setZero();
+    missing = Missing(x, integral, start);
     if (correction > 0 &&
         (changed.array() <= kSteady * solution.uncertainty.array() + kRounding * size.array()).all()) {
       most = kMaxSteadyCorrections;
     }
     solution.uncertainty = changed;
   }
+  solution.left = States(SolveIntegrated(missing));
+  for (const Index i : solution.unreached) solution.left.row(i).setZero();
   // The components have more rounding than the refined states, to which their differences would add it; in x' it counts
   // |z| times.
   solution.layer = solution.kept_layer = solution.last_noise = Vector::Zero(start.size());
@@ -400,8 +404,7 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   solution.stiffness = Stiffness(size);
   constexpr double kNegligible = 2 * kRounding;
   if (solution.IsStiff() && (last.array() > kNegligible * size.array()).any()) {
-    const LegendreSeries change = States(SolveIntegrated(Missing(x, integral, start)));
-    solution.last_noise = RowMaxAbs(change.rightCols<4>());
+    solution.last_noise = RowMaxAbs(solution.left.rightCols<4>());
   }
   if (!is_explicit) {
     AddSlope(c, source, source_noise, solution);

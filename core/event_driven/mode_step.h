@@ -59,8 +59,9 @@ class ModeStepper {
     // Where a row is stiffer than this, its value at the end of the step does not depend on that at the start.
     static constexpr double kForgets = 2;
     bool IsStiff() const { return (stiffness.array() > kForgets).any(); }
-    // The rounding error of the last coefficients of x, as one more correction shows it. Zero if no row is stiff, or if
-    // all last coefficients are no more than rounding of x.
+    // What one more correction would change in x: the rounding that the refinement leaves, inside the step too.
+    LegendreSeries left;
+    // Of its last coefficients. Zero if no row is stiff, or if all last coefficients are no more than rounding of x.
     Vector last_noise;
   };
   // The step from `start` with the source b = `source`, whose coefficients have rounding errors of the size

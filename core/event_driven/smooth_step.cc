@@ -143,8 +143,8 @@ void StepErrors::OfRows(const Vector& size_of_source) {
   }
   step_.row_noise *= kUnit;
   step_.row_error = InRows(mode_, sources_.f_missed.cwiseAbs(), sources_.g_missed.cwiseAbs());
-  step_.row_missed = mode_.is_explicit() ? sources_.f_missed : Vector(mode_.E * sources_.f_missed);
-  if (mode_.source_g.size() > 0) step_.row_missed += mode_.source_g * sources_.g_missed;
+  step_.row_missed = mode_.is_explicit() ? sources_.f_misfit : Vector(mode_.E * sources_.f_misfit);
+  if (mode_.source_g.size() > 0) step_.row_missed += mode_.source_g * sources_.g_misfit;
 }
 
 void StepErrors::OfStates() {
@@ -168,7 +168,11 @@ void StepErrors::OfStates() {
   const Vector shown = kOfShown * (kUnit * x_size_ + solution_.last_noise) + magnitudes_.x_noise;
   x_coefficients_ = is_stiff.select(x_coefficients_.cwiseMin(shown), x_coefficients_);
   step_.x_tail = EstimateTail(step_.x, x_coefficients_);
-  step_.x_error = step_.x_tail + solution_.uncertainty + (solution_.kept_layer - x_coefficients_).cwiseMax(0);
+  step_.x_hidden = RowMaxAbs(step_.x.rightCols<2>()).cwiseMin(x_coefficients_);
+  const Vector unsettled = solution_.uncertainty + (solution_.kept_layer - x_coefficients_).cwiseMax(0);
+  step_.x_error = step_.x_tail + unsettled;
+  // A fast state starts where rounding of the others puts it, and settles.
+  step_.x_unsettled = (unsettled + step_.layer).cwiseMin(step_.x_rounding);
   if ((step_.row_error.array() != 0).any()) {
     Matrix missed(m, 2);
     missed << signs.cwiseProduct(step_.row_error), step_.row_missed;
@@ -177,7 +181,8 @@ void StepErrors::OfStates() {
         TruncationOf(RowMaxAbs(response.leftCols(kLooks)), RowMaxAbs(response.rightCols(kLooks)), step_.x_rounding);
   }
   // They are zero whatever the triangular form makes of them.
-  for (const Index i : step_.unreached) step_.x_tail[i] = step_.x_error[i] = step_.layer[i] = 0;
+  for (const Index i : step_.unreached)
+    step_.x_tail[i] = step_.x_hidden[i] = step_.x_error[i] = step_.layer[i] = step_.x_unsettled[i] = 0;
 }
 
 void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, StepRows& rows) const {
@@ -202,17 +207,17 @@ void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, St
     rows.tail = has_slope.select(kOfSlopeShown * rows.tail, rows.tail);
   }
   rows.truncation = rows.tail + lift.cwiseAbs();
-  Vector of_sources = AbsTimes(output.g, sources_.g_missed.cwiseAbs()), with_signs = output.g * sources_.g_missed;
+  Vector of_sources = AbsTimes(output.g, sources_.g_missed.cwiseAbs()), with_signs = output.g * sources_.g_misfit;
   if (output.f.size() > 0) {
     of_sources += AbsTimes(output.f, sources_.f_missed.cwiseAbs());
-    with_signs += output.f * sources_.f_missed;
+    with_signs += output.f * sources_.f_misfit;
   }
   if (output.slope.size() > 0 && mode_.num_algebraic > 0) {
     // What the interpolant of g misses is (1 - s²) U_{K-1}(s), whose slope at the ends is 2K times its largest value.
-    const Vector g_slopes = 4 * kLegendreDegree / sources_.length * sources_.g_missed;
+    const double of_slopes = 4 * kLegendreDegree / sources_.length;
     const Matrix of_g = output.slope * mode_.correction * mode_.algebraic_g();
-    of_sources += AbsTimes(of_g, g_slopes.cwiseAbs());
-    with_signs += of_g * g_slopes;
+    of_sources += of_slopes * AbsTimes(of_g, sources_.g_missed.cwiseAbs());
+    with_signs += of_slopes * (of_g * sources_.g_misfit);
   }
   rows.truncation += TruncationOf(of_sources, with_signs, noise);
 }
@@ -263,6 +268,7 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   const Vector noise_of_sources = kUnit / kRoundingOfValues * InRows(mode, sources.f_noise, sources.g_noise);
   ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources);
   step.unreached = solution.unreached;
+  step.left = std::move(solution.left);
   step.layer = 2 * solution.layer.cwiseAbs();
   step.y = Output(mode.y, solution, sources);
   step.guard.values = Output(mode.guard, solution, sources);

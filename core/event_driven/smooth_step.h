@@ -45,8 +45,11 @@ struct SmoothStep {
   Vector x_error;
   Vector layer;  // of each state the size of the boundary layer that the step leaves out
   Vector x_noise;
+  Vector x_unsettled;            // the part of x_error and layer that may be rounding
   Vector x_tail;                 // the part of the errors inside the step that vanishes at its end
   Vector x_rounding;             // of this step alone
+  LegendreSeries left;           // what the refinement of x left, with its signs
+  Vector x_hidden;               // last coefficients that may be rounding, and were taken for no sign of x_tail
   Matrix rounding_at_end;        // m × 2: with signs, as Magnitudes::rounding
   std::vector<Index> unreached;  // states that are zero, since nothing that is not zero reaches them
   // For the step of full length, with its mode: propagates errors.

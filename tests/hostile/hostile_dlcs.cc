@@ -13,12 +13,13 @@
 #include <cstring>
 #include <fstream>
 #include <map>
-#include <sstream>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/hostile/generator.h"
 #include "tests/hostile/trial.h"
+#include "tests/hostile/trial_arguments.h"
 
 namespace dlcs::hostile {
 namespace {
@@ -28,8 +29,8 @@ constexpr std::array kMethods = {Method::kEventDriven, Method::kExponentialInteg
                                  Method::kWuChenIteration, Method::kTimeStepping};
 
 struct Arguments {
-  uint64_t begin = 0, end = 100;
-  std::vector<Asked> asked = {{1e-4, 0}, {1e-7, 0}, {1e-10, 0}, {0, 0}};
+  SeedRange seeds = {0, 100};
+  std::vector<Asked> asked = ReadAsked("1e-4,1e-7,1e-10,default");
   Method method = Method::kAuto;
   std::string failures;  // folder for the problems that fail
   double seconds = 10;
@@ -65,23 +66,11 @@ bool Parse(int count, char** texts, Arguments& arguments) {
     if (++k >= count) return false;
     const std::string value = texts[k];
     if (name == "--seeds") {
-      const size_t colon = value.find(':');
-      if (colon == std::string::npos) return false;
-      arguments.begin = std::strtoull(value.c_str(), nullptr, 10);
-      arguments.end = std::strtoull(value.c_str() + colon + 1, nullptr, 10);
+      const std::optional<SeedRange> seeds = ReadSeeds(value);
+      if (!seeds) return false;
+      arguments.seeds = *seeds;
     } else if (name == "--tolerance") {
-      arguments.asked.clear();
-      std::istringstream list(value);
-      for (std::string item; std::getline(list, item, ',');) {
-        const bool has_steps = item.rfind("steps=", 0) == 0;
-        Asked asked;
-        if (has_steps) {
-          asked.steps = std::strtol(item.c_str() + 6, nullptr, 10);
-        } else if (item != "default") {
-          asked.tolerance = std::strtod(item.c_str(), nullptr);
-        }
-        arguments.asked.push_back(asked);
-      }
+      arguments.asked = ReadAsked(value);
     } else if (name == "--method") {
       const auto method =
           std::find_if(kMethods.begin(), kMethods.end(), [&](Method m) { return value == MethodName(m); });
@@ -96,14 +85,6 @@ bool Parse(int count, char** texts, Arguments& arguments) {
     }
   }
   return true;
-}
-
-std::string Text(const Asked& asked) {
-  if (asked.steps > 0) return "steps=" + std::to_string(asked.steps);
-  if (asked.tolerance == 0) return "default";
-  char text[20];
-  std::snprintf(text, sizeof text, "%g", asked.tolerance);
-  return text;
 }
 
 struct Tally {
@@ -121,13 +102,6 @@ void Print(uint64_t seed, const System& system, const Asked& asked, const Trial&
   if (trial.condition) std::printf(", condition %.1e", *trial.condition);
   std::printf(", %.2f s | m = %d, n = %d, %s | %.300s\n", trial.seconds, system.num_states(), system.num_pairs(),
               system.traits.c_str(), trial.verdict.c_str());
-}
-
-void PrintSeeds(const char* what, std::vector<uint64_t> seeds) {
-  if (seeds.empty()) return;
-  std::printf("  %s:", what);
-  for (const uint64_t seed : seeds) std::printf(" %llu", static_cast<unsigned long long>(seed));
-  std::printf("\n");
 }
 
 void PrintTally(const Asked& asked, Tally& tally) {
@@ -159,7 +133,7 @@ int Main(int count, char** texts) {
   Arguments arguments;
   if (!Parse(count, texts, arguments)) return Usage();
   std::vector<Tally> tallies(arguments.asked.size());
-  for (uint64_t seed = arguments.begin; seed < arguments.end; ++seed) {
+  for (uint64_t seed = arguments.seeds.begin; seed < arguments.seeds.end; ++seed) {
     const System system = MakeSystem(seed);
     const Reference reference = ReferenceOf(system);
     if (arguments.lists_traits) {
@@ -196,7 +170,7 @@ int Main(int count, char** texts) {
       std::fflush(stdout);
     }
   }
-  std::printf("%llu systems\n", static_cast<unsigned long long>(arguments.end - arguments.begin));
+  std::printf("%llu systems\n", static_cast<unsigned long long>(arguments.seeds.end - arguments.seeds.begin));
   bool wrong = false;
   for (size_t k = 0; k < tallies.size(); ++k) {
     PrintTally(arguments.asked[k], tallies[k]);

@@ -130,7 +130,9 @@ class Walk {
     result_.times = times_;
     result_.x = unknown(m);
     result_.y = result_.w = unknown(system_.num_pairs());
+    result_.outputs = unknown(system_.num_outputs());
     result_.size = system_.x0.cwiseAbs();
+    result_.size_outputs = Eigen::VectorXd::Zero(system_.num_outputs());
     result_.size_y = result_.size_w = Eigen::VectorXd::Zero(system_.num_pairs());
     z_.assign(m + system_.functions.size(), 0);
     for (int i = 0; i < m; ++i) z_[i] = system_.x0(i);
@@ -355,8 +357,20 @@ class Walk {
         result_.w(i, static_cast<Index>(next_output_)) =
             mode.IsActive(i) ? 0 : s.unit_of_w[i] * ToDouble(Nz[i] + My[i]);
       }
+      for (int i = 0; i < system_.num_outputs(); ++i) {
+        result_.outputs(i, static_cast<Index>(next_output_)) = ToDouble(OutputOf(i, z, y));
+      }
       ++next_output_;
     }
+  }
+
+  // Output `i` of the system for the y of the scaled one.
+  Real OutputOf(int i, const Column& z, const Column& y) const {
+    Real sum = 0;
+    for (int j = 0; j < system_.num_states(); ++j) sum += Real(system_.C(i, j)) * z[j];
+    for (int j = 0; j < system_.num_pairs(); ++j)
+      sum += Real(system_.D(i, j)) * (Real(regime_->system.unit_of_y[j]) * y[j]);
+    return sum;
   }
 
   // Beyond any use, and on the way to the end of the range of numbers.
@@ -373,6 +387,7 @@ class Walk {
       raise(result_.size_y(i), Real(s.unit_of_y[i]) * y[i]);
       if (!mode.IsActive(static_cast<int>(i))) raise(result_.size_w(i), Real(s.unit_of_w[i]) * (Nz[i] + My[i]));
     }
+    for (int i = 0; i < system_.num_outputs(); ++i) raise(result_.size_outputs(i), OutputOf(i, z, y));
   }
 
   // The whole of `interval`, from its begin; false if the walk ends.

@@ -40,10 +40,12 @@ struct Reference {
   Eigen::MatrixXd x;
   Eigen::MatrixXd y;  // the left limit at T, and else the right one
   Eigen::MatrixXd w;  // likewise
-  // The largest |x_i|, y_i and w_i on [0, end].
+  Eigen::MatrixXd outputs;
+  // The largest |x_i|, y_i, w_i and outputs on [0, end].
   Eigen::VectorXd size;
   Eigen::VectorXd size_y;
   Eigen::VectorXd size_w;
+  Eigen::VectorXd size_outputs;
 };
 
 struct ReferenceLimits {

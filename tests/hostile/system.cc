@@ -220,6 +220,12 @@ System Perturbed(const System& system, const std::function<double()>& ulps) {
   return result;
 }
 
+namespace {
+
+std::string OutputName(int index) { return "z" + std::to_string(index); }
+
+}  // namespace
+
 Problem ToProblem(const System& system) {
   Problem problem;
   problem.A = Matrix(system.A);
@@ -228,6 +234,12 @@ Problem ToProblem(const System& system) {
   problem.M = Matrix(system.M);
   problem.x0 = system.x0;
   problem.horizon = system.horizon;
+  if (system.num_outputs() > 0) {
+    for (int i = 0; i < system.num_outputs(); ++i) problem.outputs.names.push_back(OutputName(i));
+    problem.outputs.C = Matrix(system.C);
+    problem.outputs.D = Matrix(system.D);
+    problem.outputs.h.pieces = {{0, ConstantFunction{Vector::Zero(system.num_outputs())}}};
+  }
   for (size_t p = 0; p < system.starts.size(); ++p) {
     problem.f.pieces.push_back({system.starts[p], FormulaFunction{Formulas(system, system.F[p], 0)}});
     problem.g.pieces.push_back({system.starts[p], FormulaFunction{Formulas(system, system.G[p], system.num_states())}});
@@ -263,6 +275,12 @@ std::string ToJson(const System& system) {
   json += "\"A\": " + MatrixText(system.A) + ",\n\"B\": " + MatrixText(system.B) + ",\n\"N\": " + MatrixText(system.N) +
           ",\n\"M\": " + MatrixText(system.M) + ",\n\"x0\": " + RowText(system.x0) +
           ",\n\"T\": " + Text(system.horizon) + ",\n";
+  if (system.num_outputs() > 0) {
+    std::vector<std::string> names;
+    for (int i = 0; i < system.num_outputs(); ++i) names.push_back(OutputName(i));
+    json += "\"outputs\": {\"names\": " + Quoted(names) + ", \"C\": " + MatrixText(system.C) +
+            ", \"D\": " + MatrixText(system.D) + "},\n";
+  }
   const auto sources = [&system](size_t p) {
     return "\"f\": " + Quoted(Formulas(system, system.F[p], 0)) +
            ",\n\"g\": " + Quoted(Formulas(system, system.G[p], system.num_states()));

@@ -62,6 +62,7 @@ struct System {
   Eigen::MatrixXd A, B, N, M;
   Eigen::VectorXd x0;
   double horizon = 0;
+  Eigen::MatrixXd C, D;  // outputs C x + D y; empty for none
 
   std::vector<SourceFunction> functions;
   // From starts[p] on (starts[0] = 0) the smooth parts of f and g are F[p] s(t) and G[p] s(t), s the functions.
@@ -76,6 +77,7 @@ struct System {
 
   int num_states() const { return static_cast<int>(A.rows()); }
   int num_pairs() const { return static_cast<int>(M.rows()); }
+  int num_outputs() const { return static_cast<int>(C.rows()); }
 };
 
 // A interval of time on which f = F s, g = G s, kinks included.

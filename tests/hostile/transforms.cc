@@ -21,6 +21,10 @@ System Rescaled(System system, const UnitChange& units) {
   system.N = units.w.asDiagonal() * system.N * states_inverse.asDiagonal();
   system.M = units.w.asDiagonal() * system.M * y_inverse.asDiagonal();
   system.x0 = d.asDiagonal() * system.x0;
+  if (system.num_outputs() > 0) {  // in their own units still
+    system.C *= states_inverse.asDiagonal();
+    system.D *= y_inverse.asDiagonal();
+  }
   for (MatrixXd& F : system.F) F = d.asDiagonal() * F;
   for (MatrixXd& G : system.G) G = units.w.asDiagonal() * G;
   const int m = system.num_states();
@@ -74,6 +78,10 @@ System Permuted(const System& system, const std::vector<int>& states, const std:
     for (int j = 0; j < n; ++j) result.M(i, j) = system.M(pairs[i], pairs[j]);
     for (size_t p = 0; p < system.G.size(); ++p) result.G[p].row(i) = system.G[p].row(pairs[i]);
   }
+  if (system.num_outputs() > 0) {
+    result.C = system.C(Eigen::all, states);
+    result.D = system.D(Eigen::all, pairs);
+  }
   for (KinkedTerm& kink : result.kinks) kink.row = new_row[kink.row];
   return result;
 }
@@ -95,6 +103,7 @@ System WithMoreStates(System system, int count) {
   add(system.B, 1, 0);
   add(system.N, 0, 1);
   for (MatrixXd& F : system.F) add(F, 1, 0);
+  if (system.num_outputs() > 0) add(system.C, 0, 1);
   VectorXd x0 = VectorXd::Zero(m + count);
   x0.head(m) = system.x0;
   system.x0 = x0;
@@ -140,6 +149,12 @@ System Joined(const System& first, const System& second) {
   result.M = diagonal(first.M, second.M);
   result.F = {diagonal(first.F[0], second.F[0])};
   result.G = {diagonal(first.G[0], second.G[0])};
+  // Empty ones have no columns.
+  const auto with_columns = [](const MatrixXd& a, int columns) {
+    return a.size() > 0 ? a : MatrixXd::Zero(0, columns);
+  };
+  result.C = diagonal(with_columns(first.C, first.num_states()), with_columns(second.C, second.num_states()));
+  result.D = diagonal(with_columns(first.D, first.num_pairs()), with_columns(second.D, second.num_pairs()));
   result.x0 = VectorXd(first.num_states() + second.num_states());
   result.x0 << first.x0, second.x0;
   const int m = first.num_states();

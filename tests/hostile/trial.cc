@@ -10,6 +10,7 @@
 #include <stop_token>
 #include <thread>
 
+#include "core/outputs/output_evaluator.h"
 #include "core/problem/verdict.h"
 #include "core/solve.h"
 
@@ -51,13 +52,12 @@ Index ColumnAt(const Solution& solution, double time) {
   return found != solution.times.end() && *found == time ? found - solution.times.begin() : -1;
 }
 
-// How far a component that the engine names as zero or negligible may be off: twice its rounding.
-std::optional<double> AllowedOf(const Solution& solution, const Component& component) {
-  for (const NamedComponent& named : solution.accuracy.named) {
-    if (named.component != component) continue;
-    if (named.knowledge != Knowledge::kMissed) return 2 * named.rounding;
-  }
-  return std::nullopt;
+// What the engine names a component.
+std::optional<NamedComponent> NamedOf(const Solution& solution, const Component& component) {
+  const auto& named = solution.accuracy.named;
+  const auto found =
+      std::find_if(named.begin(), named.end(), [&](const NamedComponent& of) { return of.component == component; });
+  return found != named.end() ? std::optional(*found) : std::nullopt;
 }
 
 // Whether the engine reports that it switches at this time, within the error of the time of the switch, or of a double.
@@ -83,13 +83,12 @@ bool HasOtherPairs(const Solution& solution, const Reference& reference, size_t 
   return false;
 }
 
-// Raises the error of `trial` to the largest of `values` - `expected`, columns at the times of the reference, relative
-// to `sizes`. An error of a named component counts by how much it is of what its name promises.
-void Compare(ComponentKind kind, const Matrix& values, const Solution& solution, const Reference& reference,
-             const Eigen::MatrixXd& expected, const Eigen::VectorXd& sizes, double tolerance, Trial& trial) {
-  constexpr double kZero = 1e-28;  // what 106 bits leave of a zero, beside the largest component
+// Adds the components of one kind: `values` against `expected`, columns at the times of the reference.
+void AddErrors(ComponentKind kind, const Matrix& values, const Solution& solution, const Reference& reference,
+               const Eigen::MatrixXd& expected, const Eigen::VectorXd& sizes, double tolerance,
+               std::vector<ComponentError>& errors) {
   for (Index i = 0; i < expected.rows(); ++i) {
-    const std::optional<double> allowed = AllowedOf(solution, {kind, i});
+    ComponentError error{{kind, i}, 0, 0, sizes(i), NamedOf(solution, {kind, i})};
     for (size_t k = 0; k < reference.times.size(); ++k) {
       const Index column = ColumnAt(solution, reference.times[k]);
       if (column < 0 || std::isnan(expected(i, static_cast<Index>(k)))) continue;
@@ -98,23 +97,35 @@ void Compare(ComponentKind kind, const Matrix& values, const Solution& solution,
         continue;
       }
       const double difference = std::abs(values(i, column) - expected(i, static_cast<Index>(k)));
-      if (!(difference > kZero * sizes.maxCoeff())) continue;
-      double relative = sizes(i) > 0 ? difference / sizes(i) : std::numeric_limits<double>::infinity();
-      if (allowed) relative = tolerance * difference / *allowed;
-      if (relative <= *trial.error) continue;
-      trial.error = relative;
-      trial.component = NumberedName({kind, i}) + (allowed ? " (named)" : "");
-      trial.time = reference.times[k];
+      if (difference <= error.error) continue;
+      error.error = difference;
+      error.time = reference.times[k];
     }
+    errors.push_back(error);
   }
 }
 
-void CompareAll(const Solution& solution, const Reference& reference, double tolerance, Trial& trial) {
+// Raises the error of `trial` to the largest of all components, relative to the size of each. An error of a component
+// that is named as zero or negligible counts by how much it is of twice its rounding, which is what its name promises.
+void CompareAll(const System& system, const Solution& solution, const Reference& reference, double tolerance,
+                Trial& trial) {
+  constexpr double kZero = 1e-28;  // what 106 bits leave of a zero, beside the largest component
   trial.error = kFloor;
-  Compare(ComponentKind::kState, solution.x, solution, reference, reference.x, reference.size, tolerance, trial);
-  if (solution.accuracy.errors.y.size() == 0) return;  // nothing is said of y and w
-  Compare(ComponentKind::kPair, solution.y, solution, reference, reference.y, reference.size_y, tolerance, trial);
-  Compare(ComponentKind::kSlack, solution.w, solution, reference, reference.w, reference.size_w, tolerance, trial);
+  const std::vector<ComponentError> errors = ErrorsOf(system, solution, reference, tolerance);
+  for (const ComponentError& of : errors) {
+    double largest = 0;
+    for (const ComponentError& other : errors) {
+      if (other.component.kind == of.component.kind) largest = std::max(largest, other.own);
+    }
+    if (!(of.error > kZero * largest)) continue;
+    const bool is_small = of.named && of.named->knowledge != Knowledge::kMissed;
+    double relative = of.own > 0 ? of.error / of.own : std::numeric_limits<double>::infinity();
+    if (is_small) relative = tolerance * of.error / (2 * of.named->rounding);
+    if (relative <= *trial.error) continue;
+    trial.error = relative;
+    trial.component = NumberedName(of.component) + (is_small ? " (named)" : "");
+    trial.time = of.time;
+  }
 }
 
 // What rounding in 106 bits may be of the reference, relative to the size of the smallest state: sums lose 1e-31 of
@@ -238,16 +249,39 @@ absl::StatusOr<Solution> SolveFor(const System& system, const Options& options, 
   return Solve(ToProblem(system), options, observer, deadline.token());
 }
 
-Trial Try(const System& system, const Reference& reference, const Asked& asked, double seconds) {
-  Trial trial;
-  const std::vector<double> times = system.several_solutions ? ComparisonTimes(system) : reference.times;
+std::vector<ComponentError> ErrorsOf(const System& system, const Solution& solution, const Reference& reference,
+                                     double tolerance) {
+  std::vector<ComponentError> errors;
+  AddErrors(ComponentKind::kState, solution.x, solution, reference, reference.x, reference.size, tolerance, errors);
+  const TrajectoryErrors& estimated = solution.accuracy.errors;
+  if (estimated.y.size() > 0) {  // else nothing is said of y and w
+    AddErrors(ComponentKind::kPair, solution.y, solution, reference, reference.y, reference.size_y, tolerance, errors);
+    AddErrors(ComponentKind::kSlack, solution.w, solution, reference, reference.w, reference.size_w, tolerance, errors);
+  }
+  if (estimated.outputs.size() > 0) {
+    auto evaluator = OutputEvaluator::Create(ToProblem(system));
+    const Matrix outputs = evaluator->Columns(solution, 0, static_cast<Index>(solution.times.size()));
+    AddErrors(ComponentKind::kOutput, outputs, solution, reference, reference.outputs, reference.size_outputs,
+              tolerance, errors);
+  }
+  return errors;
+}
+
+Options OptionsFor(const Asked& asked, const std::vector<double>& times, bool times_only) {
   Options options;
   options.error_tolerance = asked.tolerance;
   options.num_steps = asked.steps;
   options.method = asked.method;
   options.output_times = times;
-  options.output_times_only = !system.several_solutions;
+  options.output_times_only = times_only;
   options.num_threads = 1;
+  return options;
+}
+
+Trial Try(const System& system, const Reference& reference, const Asked& asked, double seconds) {
+  Trial trial;
+  const std::vector<double> times = system.several_solutions ? ComparisonTimes(system) : reference.times;
+  const Options options = OptionsFor(asked, times, !system.several_solutions);
 
   const auto begin = std::chrono::steady_clock::now();
   const absl::StatusOr<Solution> solved = SolveFor(system, options, seconds);
@@ -269,7 +303,7 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
     if (!reached) return trial;  // there may be none
     const Reference replayed = ReplayOf(system, solution, times);
     if (replayed.status == Reference::Status::kGivenUp) return trial;
-    CompareAll(solution, replayed, asked.error(), trial);
+    CompareAll(system, solution, replayed, asked.error(), trial);
     if (*trial.error <= asked.error() && replayed.status == Reference::Status::kReached) {
       trial.judgment = Judgment::kRight;
     } else if (trial.is_good_verdict && solution.method == Method::kEventDriven) {
@@ -280,7 +314,7 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
   }
 
   if (reference.status == Reference::Status::kGivenUp) return trial;
-  CompareAll(solution, reference, asked.error(), trial);
+  CompareAll(system, solution, reference, asked.error(), trial);
   if (reference.status == Reference::Status::kNoMode) {
     const bool ends_there = !reached && std::abs(solution.failure_time - reference.end) <= 1e-3 * system.horizon;
     trial.judgment = ends_there ? Judgment::kRight : Judgment::kNotJudged;

@@ -58,6 +58,20 @@ std::vector<double> ComparisonTimes(const System& system);
 // next of those times. Where solutions are several it is empty.
 Reference ReferenceOf(const System& system);
 
+// The largest difference of a component to the reference.
+struct ComponentError {
+  Component component;
+  double error = 0;
+  double time = 0;                      // where it is
+  double own = 0;                       // the size of the component in the reference
+  std::optional<NamedComponent> named;  // by the engine
+};
+// Of all components that the engine estimates errors of, at the times of the reference. y, w and outputs are left out
+// at times where they may jump, or where other pairs are active than `tolerance` tells apart.
+std::vector<ComponentError> ErrorsOf(const System& system, const Solution& solution, const Reference& reference,
+                                     double tolerance);
+
+Options OptionsFor(const Asked& asked, const std::vector<double>& times, bool times_only);
 // Solves, for at most `seconds`; then it is kCancelled.
 absl::StatusOr<Solution> SolveFor(const System& system, const Options& options, double seconds);
 

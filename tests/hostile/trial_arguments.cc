@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/hostile/trial_arguments.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <sstream>
+
+namespace dlcs::hostile {
+
+std::optional<SeedRange> ReadSeeds(const std::string& text) {
+  const size_t colon = text.find(':');
+  if (colon == std::string::npos) return std::nullopt;
+  return SeedRange{std::strtoull(text.c_str(), nullptr, 10), std::strtoull(text.c_str() + colon + 1, nullptr, 10)};
+}
+
+std::vector<Asked> ReadAsked(const std::string& list) {
+  std::vector<Asked> result;
+  std::istringstream items(list);
+  for (std::string item; std::getline(items, item, ',');) {
+    Asked asked;
+    if (item.starts_with("steps=")) {
+      asked.steps = std::strtol(item.c_str() + 6, nullptr, 10);
+    } else if (item != "default") {
+      asked.tolerance = std::strtod(item.c_str(), nullptr);
+    }
+    result.push_back(asked);
+  }
+  return result;
+}
+
+std::string Text(const Asked& asked) {
+  if (asked.steps > 0) return "steps=" + std::to_string(asked.steps);
+  if (asked.tolerance == 0) return "default";
+  char text[20];
+  std::snprintf(text, sizeof text, "%g", asked.tolerance);
+  return text;
+}
+
+void PrintSeeds(const char* what, const std::vector<uint64_t>& seeds) {
+  if (seeds.empty()) return;
+  std::printf("  %s:", what);
+  for (const uint64_t seed : seeds) std::printf(" %llu", static_cast<unsigned long long>(seed));
+  std::printf("\n");
+}
+
+}  // namespace dlcs::hostile
