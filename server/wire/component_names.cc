@@ -251,6 +251,9 @@ void AddNames(const ComponentNames& names, Solution& solution) {
     named.name = DisplayName(named.component, names);
     if (named.beside) named.beside_name = DisplayName(*named.beside, names);
   }
+  for (Advice::OfComponent& advised : solution.accuracy.advice.absolute) {
+    advised.name = DisplayName(advised.component, names);
+  }
 }
 
 std::string DisplayName(const Component& component, const ComponentNames& names) {
