@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <set>
@@ -15,6 +17,16 @@
 
 namespace dlcs::client {
 namespace {
+
+// A factor may have a unit too, as that of 2*I(R1) for the voltage across 2 ohm.
+OutputUnit UnitOf(const LinearValue& value) {
+  const auto are_all = [&](const char* kind) {
+    return std::ranges::all_of(
+        value.factors, [&](const auto& term) { return term.first.starts_with(kind) && std::abs(term.second) == 1; });
+  };
+  if (value.factors.empty()) return OutputUnit::kOther;
+  return are_all("v(") ? OutputUnit::kVolts : are_all("i(") ? OutputUnit::kAmperes : OutputUnit::kOther;
+}
 
 class OutputTable {
  public:
@@ -36,6 +48,12 @@ class OutputTable {
   Index Add(const std::string& name) { return Add(name, {0, {{Lower(name), 1}}}); }
 
   std::size_t size() const { return values_.size(); }
+
+  std::vector<OutputUnit> Units() const {
+    std::vector<OutputUnit> units;
+    for (const LinearValue& value : values_) units.push_back(UnitOf(value));
+    return units;
+  }
 
   // Under its own name where it is a voltage or a current alone.
   Index AddAs(const std::string& text, const LinearValue& value) {
@@ -98,13 +116,14 @@ std::vector<Index> IndicesOf(const DeckQuantity& quantity, OutputTable& table) {
 
 }  // namespace
 
-void SetOutputs(const Deck& deck, CircuitProblem& made) {
+std::vector<OutputUnit> SetOutputs(const Deck& deck, CircuitProblem& made) {
   OutputTable table(made.outputs);
   for (const DeckQuantity& quantity : deck.outputs) table.AddAs(quantity.text, quantity.factors[0]);
   if (deck.outputs.empty()) {
     for (const std::string& name : made.outputs.names) table.Add(name);
   }
   const std::size_t shown = table.size();
+  std::vector<OutputUnit> units = table.Units();
   std::vector<OutputLimit> limits;
   for (const CurrentLimit& limit : made.limits) limits.push_back({table.Add(limit.output), limit.amperes});
   std::vector<Measurement> measurements;
@@ -117,6 +136,7 @@ void SetOutputs(const Deck& deck, CircuitProblem& made) {
   made.problem.outputs = std::move(table).Make(shown);
   made.problem.outputs.limits = std::move(limits);
   made.problem.measurements = std::move(measurements);
+  return units;
 }
 
 }  // namespace dlcs::client

@@ -39,6 +39,9 @@ class DeckReader {
     if (absl::Status status = DefineParameters(parts_.top.parameters, given, global); !status.ok()) return status;
     if (absl::Status status = ReadSteps(global); !status.ok()) return status;
     if (absl::Status status = ReadAnalysis(global); !status.ok()) return status;
+    auto tolerances = ReadTolerances(parts_.options, global, notes_);
+    if (!tolerances.ok()) return tolerances.status();
+    deck_.tolerances = *tolerances;
     if (absl::Status status = circuit_.AddAll(global, deck_.output_step, stop_); !status.ok()) return status;
     NoteInitialConditions();
     auto outputs = PrintedQuantities(parts_.outputs, global, circuit_, notes_);

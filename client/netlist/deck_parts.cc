@@ -85,9 +85,10 @@ class DeckSorter {
   absl::Status SortCommand(const DeckLine& line, const std::vector<DeckWord>& words, const std::string& first,
                            bool inside) {
     static const std::set<std::string> kOutputs = {".print", ".plot", ".probe", ".save"};
-    static const std::set<std::string> kIgnored = {
-        ".option", ".options", ".opt",     ".temp",     ".width", ".title", ".op",    ".dc",  ".ac",   ".noise",
-        ".four",   ".tf",      ".nodeset", ".backanno", ".pz",    ".sens",  ".disto", ".net", ".wave", ".csparam"};
+    static const std::set<std::string> kIgnored = {".temp",  ".width", ".title", ".op",      ".dc",       ".ac",
+                                                   ".noise", ".four",  ".tf",    ".nodeset", ".backanno", ".pz",
+                                                   ".sens",  ".disto", ".net",   ".wave",    ".csparam"};
+    static const std::set<std::string> kOptions = {".option", ".options", ".opt"};
     static const std::vector<std::string> kKnown = {".tran",  ".param",  ".func", ".model",   ".subckt",  ".ends",
                                                     ".ic",    ".global", ".step", ".include", ".lib",     ".print",
                                                     ".probe", ".save",   ".meas", ".options", ".nodeset", ".end"};
@@ -107,13 +108,17 @@ class DeckSorter {
     } else if (first == ".meas" || first == ".measure") {
       if (inside) return DeckError(line.Place(), fmt::format("{} inside of .subckt is not supported", first));
       parts_.measurements.push_back(&line);
-    } else if (kIgnored.contains(first)) {
+    } else if (kOptions.contains(first) || kIgnored.contains(first)) {
       const bool is_temperature = std::any_of(words.begin(), words.end(), [](const DeckWord& word) {
         const std::string lower = Lower(word.text);
         return lower == ".temp" || lower == "temp" || lower == "tnom";
       });
       parts_.sets_temperature = parts_.sets_temperature || is_temperature;
-      parts_.notes.push_back(fmt::format("{}: {} is ignored", line.Place(), first));
+      if (kOptions.contains(first)) {
+        parts_.options.push_back(&line);
+      } else {
+        parts_.notes.push_back(fmt::format("{}: {} is ignored", line.Place(), first));
+      }
     } else {
       return DeckError(line.Place(words[0].offset),
                        fmt::format("{} is not supported{}", first, DidYouMean(NearestName(first, kKnown))));

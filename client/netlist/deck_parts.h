@@ -51,6 +51,7 @@ struct DeckParts {
   const DeckLine* tran = nullptr;
   std::vector<const DeckLine*> outputs, measurements;  // .print, .plot, .probe and .save; .meas
   std::vector<const DeckLine*> steps;                  // .step
+  std::vector<const DeckLine*> options;                // .options
   std::set<std::string> globals;                       // nodes, in small letters
   bool sets_temperature = false;                       // by .temp or .options
   std::vector<std::string> notes;                      // what is ignored

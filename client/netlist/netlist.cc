@@ -3,9 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <filesystem>
+#include <iterator>
+#include <optional>
 #include <utility>
 
 #include "client/files/json_text.h"
@@ -16,19 +19,46 @@
 #include "client/netlist/deck_parts.h"
 #include "client/netlist/deck_words.h"
 #include "core/circuits/circuit_problem.h"
+#include "server/wire/component_names.h"
 #include "server/wire/convert.h"
 
 namespace dlcs::client {
 namespace {
+
+// The units of a circuit's states are in their names.
+OutputUnit UnitOfState(const std::string& name) {
+  if (name.starts_with("v_") || name.starts_with("v0_")) return OutputUnit::kVolts;
+  if (name.starts_with("i_") || name.starts_with("i0_")) return OutputUnit::kAmperes;
+  return OutputUnit::kOther;
+}
+
+v1::SolveOptions TolerancesOf(const DeckTolerances& given, const std::vector<std::string>& states,
+                              const v1::Problem& problem, const std::vector<OutputUnit>& units) {
+  v1::SolveOptions result;
+  if (given.relative) result.set_error_tolerance(*given.relative);
+  const auto add = [&](const std::string& name, OutputUnit unit) {
+    const std::optional<double> of_unit = unit == OutputUnit::kVolts     ? given.of_voltages
+                                          : unit == OutputUnit::kAmperes ? given.of_currents
+                                                                         : std::nullopt;
+    if (!of_unit) return;
+    v1::ComponentTolerance& of_component = *result.add_absolute_tolerances();
+    of_component.set_name(name);
+    of_component.set_tolerance(*of_unit);
+  };
+  for (const std::string& name : states) add(name, UnitOfState(name));
+  for (std::size_t k = 0; k < units.size(); ++k) add(problem.outputs().names(static_cast<int>(k)), units[k]);
+  return result;
+}
 
 absl::StatusOr<Netlist> MakeNetlist(Deck deck, const std::string& source) {
   auto made = MakeCircuitProblem(deck.circuit);
   if (!made.ok()) return DeckError(source, std::string(made.status().message()));
   Netlist netlist;
   netlist.title = deck.title;
-  SetOutputs(deck, *made);
+  const std::vector<OutputUnit> units = SetOutputs(deck, *made);
   netlist.problem = ToProto(made->problem);
   SetNames({made->state_names, made->pair_names}, netlist.problem);
+  netlist.tolerances = TolerancesOf(deck.tolerances, made->state_names, netlist.problem, units);
   netlist.relays = std::move(made->relays);
   for (Relay& relay : netlist.relays) relay.element = relay.element.substr(0, relay.element.find('#'));
   netlist.notes = std::move(deck.notes);
@@ -122,6 +152,22 @@ absl::StatusOr<Netlist> ReadNetlistFile(const std::string& path, const DeckOptio
   const auto text = ReadTextFile(path);
   if (!text.ok()) return text.status();
   return ReadNetlist(*text, SourceName(path), FolderOfDeck(path), options);
+}
+
+v1::SolveOptions WithTolerances(v1::SolveOptions options, const v1::SolveOptions& of_deck, const v1::Problem& problem) {
+  const bool has_steps = options.grid_case() != v1::SolveOptions::GRID_NOT_SET;
+  if (options.error_tolerance() == 0 && !has_steps) options.set_error_tolerance(of_deck.error_tolerance());
+  if (options.has_absolute_tolerance()) return options;
+  const ComponentNames names = NamesOf(problem);
+  const auto component = [&](const v1::ComponentTolerance& given) {
+    return ComponentNamed(given.name(), names, std::ssize(names.states), std::ssize(names.pairs));
+  };
+  std::vector<std::optional<Component>> given;
+  for (const v1::ComponentTolerance& own : options.absolute_tolerances()) given.push_back(component(own));
+  for (const v1::ComponentTolerance& deck : of_deck.absolute_tolerances()) {
+    if (std::ranges::find(given, component(deck)) == given.end()) *options.add_absolute_tolerances() = deck;
+  }
+  return options;
 }
 
 nlohmann::ordered_json NetlistJson(const Netlist& netlist) {

@@ -19,6 +19,7 @@ struct Netlist {
   std::string title;
   v1::Problem problem;             // with the outputs that the deck asks for, else all
   std::vector<std::string> notes;  // what was ignored or assumed, for the user
+  v1::SolveOptions tolerances;     // those of its .options, for WithTolerances()
   std::vector<Relay> relays;       // for AddSlidingConcerns(); parts of an expression have the name of the whole
 };
 
@@ -44,6 +45,11 @@ absl::StatusOr<std::vector<SweptNetlist>> ReadSweep(const std::string& text, con
 
 // ReadNetlist() for the file at `path`, `-` for standard input.
 absl::StatusOr<Netlist> ReadNetlistFile(const std::string& path, const DeckOptions& options);
+
+// `options` with the tolerances that the deck of `problem` writes, as far as they give none of their own: steps or a
+// tolerance take the place of reltol, a number for all components that of abstol and vntol, and that of a component the
+// one of the deck for it.
+v1::SolveOptions WithTolerances(v1::SolveOptions options, const v1::SolveOptions& of_deck, const v1::Problem& problem);
 
 // The problem file.
 nlohmann::ordered_json NetlistJson(const Netlist& netlist);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/linalg/norms.h"
 #include "core/linalg/strong_components.h"
@@ -70,11 +71,10 @@ struct SumOfSizes {
 };
 
 // Rounding is estimated by samples of its signs: of 915 small components the error was at most 1.5 times the largest
-// sample.
-bool IsRounding(const ErrorsByCause& errors, Index i) {
-  constexpr double kOfSamples = 2;
-  return errors.own[i] <= kOfSamples * errors.rounding[i];
-}
+// sample. Where steps are others, so are the samples.
+constexpr double kOfSamples = 2;
+
+bool IsRounding(const ErrorsByCause& errors, Index i) { return errors.own[i] <= kOfSamples * errors.rounding[i]; }
 
 }  // namespace
 
@@ -242,6 +242,83 @@ void Judge::Add(ComponentKind kind, const SizesBeside& sizes) {
   }
 }
 
+// The error that must be allowed so that a component is accepted by other steps too.
+double SufficientError(double truncation, double rounding) {
+  return kOfSamples * rounding + std::max(truncation, kOfSamples * rounding);
+}
+
+// Where a component missed. Those that were accepted by less than is certain may miss with other steps, and are part of
+// it.
+class Advisor {
+ public:
+  Advisor(const Options& options, double tolerance, AllSizesBeside beside, const Accuracy& accuracy)
+      : options_(options), tolerance_(tolerance), beside_(std::move(beside)), accuracy_(accuracy) {}
+
+  Advice ForTolerances();
+  // Steps that were given are the same again, unless there is a tolerance: then they are shortened as far as it takes.
+  Advice ForGivenSteps();
+
+ private:
+  // The least tolerance by which a component is accepted for certain.
+  double SufficientTolerance(const Component& component, double truncation);
+  // Infinite where steps are so long that they leave nothing of the component: an absolute tolerance hides that.
+  static Advice::OfComponent Absolute(const Component& component, double own, double truncation, double rounding);
+
+  const Options& options_;
+  double tolerance_;
+  AllSizesBeside beside_;
+  const Accuracy& accuracy_;
+};
+
+double Advisor::SufficientTolerance(const Component& component, double truncation) {
+  const ErrorsByCause& errors = accuracy_.errors.of(component.kind);
+  const double own = errors.own[component.index], rounding = errors.rounding[component.index];
+  const double error = SufficientError(truncation, rounding);
+  const std::optional<double> given = AbsoluteToleranceOf(options_, component);
+  if (error <= given.value_or(0)) return 0;
+  const double known = error / own;
+  if (given || !(truncation <= rounding)) return known;
+  const Vector& sizes = beside_.of(component.kind).size;
+  const double beside = sizes.size() > 0 ? sizes[component.index] : own;
+  return std::min(known, std::max(own, kOfSamples * rounding) / beside);
+}
+
+Advice::OfComponent Advisor::Absolute(const Component& component, double own, double truncation, double rounding) {
+  const bool hides = truncation > rounding && truncation >= own;
+  return {component, hides ? kInfinity : SufficientError(truncation, rounding), NumberedName(component)};
+}
+
+Advice Advisor::ForTolerances() {
+  Advice advice;
+  advice.tolerance = 0;
+  for (const ComponentKind kind : kComponentKinds) {
+    const ErrorsByCause& errors = accuracy_.errors.of(kind);
+    for (Index i = 0; i < errors.size(); ++i) {
+      const Component component{kind, i};
+      const double of_one = SufficientTolerance(component, errors.truncation[i]);
+      if (of_one <= tolerance_) continue;
+      advice.tolerance = NanMax(advice.tolerance, of_one);
+      advice.absolute.push_back(Absolute(component, errors.own[i], errors.truncation[i], errors.rounding[i]));
+    }
+  }
+  return advice;
+}
+
+Advice Advisor::ForGivenSteps() {
+  Advice advice;
+  advice.tolerance = kFirstDigit;
+  for (const ComponentKind kind : kComponentKinds) {
+    for (Index i = 0; i < accuracy_.errors.of(kind).size(); ++i) {
+      advice.tolerance = NanMax(advice.tolerance, SufficientTolerance({kind, i}, /*truncation=*/0));
+    }
+  }
+  for (const NamedComponent& named : accuracy_.named) {
+    if (named.knowledge != Knowledge::kMissed) continue;
+    advice.absolute.push_back(Absolute(named.component, named.own, named.truncation, named.rounding));
+  }
+  return advice;
+}
+
 // Missed components by how far they miss what is allowed.
 double Excess(const NamedComponent& named) { return (named.truncation + named.rounding) / named.allowed; }
 
@@ -281,6 +358,10 @@ void JudgeComponents(const Options& options, const std::function<AllSizesBeside(
     if (a_missed != b_missed) return b_missed;
     return a_missed && !(Excess(a) <= Excess(b));
   });
+  accuracy.advice = {};
+  if (accuracy.named.empty() || accuracy.named.back().knowledge != Knowledge::kMissed) return;
+  Advisor advisor(options, tolerance, std::move(beside), accuracy);
+  accuracy.advice = accuracy.tolerance > 0 ? advisor.ForTolerances() : advisor.ForGivenSteps();
 }
 
 }  // namespace dlcs

@@ -14,6 +14,16 @@
 // So truncation is held to the component's own size, and only rounding is looked at beside others. A component without
 // R has R = own.
 //
+// What accepts c in another solve (Advice), whose steps are longer. Steps are shortened until truncation is at most the
+// rounding or what is allowed without it, and no further; where that was not reached, truncation stays what it is.
+// Other steps round otherwise: up to twice the rounding, as far as is known of its samples. So errors of up to
+//
+//     2 rounding + max(truncation, 2 rounding)
+//
+// must be allowed, by tolerance · own or by a. Where truncation <= rounding and no a is given, c is accepted too where
+// tolerance · R is at least own and 2 rounding. Of 219 random systems that missed a tolerance of 1e-3 to 1e-13, 214
+// were solved with the tolerance that this gives; with the error itself three in five are.
+//
 // R of the states of a mode x' = Ã x + b. The blocks are the strongly connected components of the graph of Ã. In a
 // block let G_ij = |Ã_ij| / (|Ã_ii| + 1/T), and d > 0 such that row and column sums of diag(1/d) G diag(d) agree, off
 // the diagonal. Then R_c = d_c max_k own_k / d_k, over the block: states that act back on each other have sizes that
@@ -81,10 +91,10 @@ std::optional<double> AbsoluteToleranceOf(const Options& options, const Componen
 // Of n components of one kind; 0 where none is given.
 Vector AbsoluteTolerances(const Options& options, ComponentKind kind, Index n);
 
-// Applies the definition to `accuracy`, whose errors by cause and tolerance are set: sets `named` and `error`. With a
-// tolerance of 0 (given steps) only states and outputs are missed of which not even the first digit is known, and zeros
-// are those of the default tolerance. y and w may be short pulses, which few steps resolve. `sizes` is called where a
-// component is neither known nor given.
+// Applies the definition to `accuracy`, whose errors by cause and tolerance are set: sets `named`, `error` and
+// `advice`. With a tolerance of 0 (given steps) only states and outputs are missed of which not even the first digit is
+// known, and zeros are those of the default tolerance. y and w may be short pulses, which few steps resolve. `sizes` is
+// called where a component is neither known nor given.
 void JudgeComponents(const Options& options, const std::function<AllSizesBeside()>& sizes, Accuracy& accuracy);
 
 }  // namespace dlcs

@@ -157,6 +157,7 @@ void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result
   if (!Reached(solution)) return;
   Accuracy& accuracy = solution.accuracy;
   accuracy.tolerance_is_default = by_default;
+  accuracy.follows_tolerance = result.converges;
   const std::string steps = StepsText(solution.cost.steps);
   accuracy.note = "The last of several solves, each with half the step of the one before; observed order " +
                   FormatNumber(std::round(10 * result.order) / 10) + ".";

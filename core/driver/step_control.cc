@@ -218,8 +218,9 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, 
       const auto excess_of = [&] { return ExcessOfTruncation(solution.accuracy.errors, control.options, tolerance); };
       double excess = convergence.empty() ? std::numeric_limits<double>::quiet_NaN() : excess_of();
       if (!convergence.empty()) result.order = convergence.order();
-      result.reached = convergence.shows_order() && excess <= 1 &&
-                       !AgreesByChance(convergence.last_difference(), solution, tolerance);
+      result.converges =
+          convergence.shows_order() && !AgreesByChance(convergence.last_difference(), solution, tolerance);
+      result.reached = result.converges && excess <= 1;
       if (result.reached && MayPlaceSwitchesAlike(trials, solution, control.options)) {
         const Grid longer = WithOtherSteps(grid, 3, control.nodes_kept);
         const absl::StatusOr<Solution> check = trials.solve(longer);

@@ -94,7 +94,8 @@ struct TrialSolves {
 struct ControlledSolution {
   Solution solution;     // of the finest trial; the errors of its accuracy are set
   double order = 1;      // the observed one
-  bool reached = false;  // truncation is as small as the tolerances require (ExcessOfTruncation())
+  bool converges = false;  // the solves have shown so; otherwise no tolerance can be reached
+  bool reached = false;    // truncation is as small as the tolerances require (ExcessOfTruncation())
 };
 
 // Solves on `grid` and on grids with half the step, a quarter and so on, until the error of the finest is below the

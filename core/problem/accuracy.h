@@ -88,6 +88,20 @@ struct NamedComponent {
   std::string name = {}, beside_name = {};
 };
 
+// What can be asked for so that every component is accepted: one tolerance for all, or an absolute tolerance of each of
+// some components beside the tolerance that was asked for (core/context/sizes.h derives both).
+struct Advice {
+  struct OfComponent {
+    Component component;
+    double tolerance = 0;
+    std::string name = {};  // as in NamedComponent
+  };
+  // At least 1 where none accepts them all, as where a component is no larger than its rounding.
+  double tolerance = std::numeric_limits<double>::infinity();
+  // In the order of the components. Empty where nothing missed, or where no tolerance helps.
+  std::vector<OfComponent> absolute;
+};
+
 // "x[2]", "y[0]", "w[1]", "z[3]" for an output.
 std::string NumberedName(const Component& component);
 
@@ -104,6 +118,9 @@ struct Accuracy {
   TrajectoryErrors errors;
   // The zeros and the negligible components, then those that missed the tolerance, the worst first.
   std::vector<NamedComponent> named;
+  Advice advice;  // where a component missed
+  // Whether other tolerances have other errors: not so where solves agree, but do not converge.
+  bool follows_tolerance = true;
   std::string note;  // one sentence: what was compared, or why there is no estimate
 };
 

@@ -101,14 +101,35 @@ std::string MissedText(const NamedComponent& named) {
          Figure(named.allowed) + ", because of " + (by_steps ? "steps" : "rounding");
 }
 
-// What can be typed so that the component is accepted: numbers a little above those that it needs.
-std::string Advice(const NamedComponent& named) {
-  const double error = named.truncation + named.rounding;
-  if (!std::isfinite(error)) return "";
-  const std::string absolute = "--absolute-tolerance " + named.name + "=" + RoundedUp(error);
-  const double relative = error / named.own;
-  if (!(relative < 1)) return absolute + " accepts it.";
-  return "--tolerance " + RoundedUp(relative) + " or " + absolute + " accepts it.";
+// As one word of a shell, in quotes where v(out) would be none.
+std::string ShellWord(const std::string& text) {
+  constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/@%";
+  if (text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+// "--absolute-tolerance 'iL=2e-9,v(out)=3.1e-05'"; empty where no number accepts them.
+std::string TypedAbsolute(const Advice& advice) {
+  std::string list;
+  for (const Advice::OfComponent& of_component : advice.absolute) {
+    if (!std::isfinite(of_component.tolerance)) return "";
+    list += (list.empty() ? "" : ",") + of_component.name + "=" + RoundedUp(of_component.tolerance);
+  }
+  return list.empty() ? "" : "--absolute-tolerance " + ShellWord(list);
+}
+
+// What can be typed so that every component is accepted: "--tolerance 3e-9 or --absolute-tolerance iL=2e-9".
+std::string Typed(const Accuracy& accuracy) {
+  constexpr std::size_t kReadable = 8;  // of a longer list the one number is the better advice
+  const Advice& advice = accuracy.advice;
+  if (!accuracy.follows_tolerance) return "";
+  const std::string relative = RoundedUp(advice.tolerance);
+  const std::string absolute = TypedAbsolute(advice);
+  if (!(std::stod(relative) < 1)) return absolute;
+  if (absolute.empty() || advice.absolute.size() > kReadable) return "--tolerance " + relative;
+  return "--tolerance " + relative + " or " + absolute;
 }
 
 // Of a solution that reached T, with an estimate of its error.
@@ -121,8 +142,11 @@ void JudgeErrors(const Accuracy& accuracy, Verdict& verdict) {
   const std::string estimated = "estimated error " + Figure(accuracy.error);
   if (!missed.empty()) {
     std::vector<std::string> sentences;
-    for (const NamedComponent* named : missed) {
-      sentences.push_back(MissedText(*named) + ": " + Advice(*named));
+    for (const NamedComponent* named : missed) sentences.push_back(MissedText(*named) + ".");
+    // Where the certificate has a doubt too, no tolerance makes it a success.
+    const std::string typed = verdict.concerns.empty() ? Typed(accuracy) : "";
+    if (!typed.empty()) {
+      sentences.push_back(typed + (missed.size() > 1 ? " accepts all of them." : " accepts it."));
     }
     verdict.text = "reached T: " + MissedText(*missed.front());
     if (missed.size() > 1) verdict.text += " (and " + std::to_string(missed.size() - 1) + " more)";

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -14,6 +15,7 @@
 #include "core/problem/formula_syntax.h"
 #include "fmt/format.h"
 #include "fmt/ranges.h"
+#include "proto/shared/nearest_name.h"
 #include "server/wire/errors.h"
 
 namespace dlcs {
@@ -251,6 +253,9 @@ void AddNames(const ComponentNames& names, Solution& solution) {
     named.name = DisplayName(named.component, names);
     if (named.beside) named.beside_name = DisplayName(*named.beside, names);
   }
+  for (Advice::OfComponent& advised : solution.accuracy.advice.absolute) {
+    advised.name = DisplayName(advised.component, names);
+  }
 }
 
 std::string DisplayName(const Component& component, const ComponentNames& names) {
@@ -274,14 +279,15 @@ std::string DisplayName(const Component& component, const ComponentNames& names)
   return name_of(names.outputs, 'z');
 }
 
-std::optional<Component> ComponentNamed(const std::string& name, const ComponentNames& names, Index m, Index n) {
-  const Index p = static_cast<Index>(names.outputs.size());
-  for (const auto& [kind, size] : {std::pair(ComponentKind::kState, m), std::pair(ComponentKind::kPair, n),
-                                   std::pair(ComponentKind::kSlack, n), std::pair(ComponentKind::kOutput, p)}) {
-    for (Index i = 0; i < size; ++i) {
-      if (DisplayName({kind, i}, names) == name) return Component{kind, i};
-    }
-  }
+namespace {
+
+std::optional<Index> IndexOf(const std::string& name, const std::vector<std::string>& names) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  return found == names.end() || name.empty() ? std::nullopt : std::optional<Index>(found - names.begin());
+}
+
+// x1, y1 or w1, whatever else the component is called.
+std::optional<Component> ComponentNumbered(const std::string& name, Index m, Index n) {
   if (!IsNumbered(name)) return std::nullopt;
   Index number = 0;
   std::from_chars(name.data() + 1, name.data() + name.size(), number);
@@ -290,6 +296,44 @@ std::optional<Component> ComponentNamed(const std::string& name, const Component
                                               : ComponentKind::kSlack;
   if (number < 1 || number > (kind == ComponentKind::kState ? m : n)) return std::nullopt;
   return Component{kind, number - 1};
+}
+
+// The display names of the first `most` components.
+std::vector<std::string> FirstNames(const ComponentNames& names, Index m, Index n, Index most) {
+  std::vector<std::string> result;
+  const auto p = static_cast<Index>(names.outputs.size());
+  for (const auto& [kind, size] : {std::pair(ComponentKind::kState, m), std::pair(ComponentKind::kPair, n),
+                                   std::pair(ComponentKind::kSlack, n), std::pair(ComponentKind::kOutput, p)}) {
+    for (Index i = 0; i < size && std::ssize(result) < most; ++i) result.push_back(DisplayName({kind, i}, names));
+  }
+  return result;
+}
+
+}  // namespace
+
+std::optional<Component> ComponentNamed(const std::string& name, const ComponentNames& names, Index m, Index n) {
+  if (const auto state = IndexOf(name, names.states)) return Component{ComponentKind::kState, *state};
+  if (const auto pair = IndexOf(name, names.pairs)) return Component{ComponentKind::kPair, *pair};
+  if (name.starts_with("w(") && name.ends_with(")")) {
+    const auto pair = IndexOf(name.substr(2, name.size() - 3), names.pairs);
+    if (pair) return Component{ComponentKind::kSlack, *pair};
+  }
+  // An output may have the number of a component that has a name.
+  const auto numbered = ComponentNumbered(name, m, n);
+  const bool has_name = numbered && !(numbered->kind == ComponentKind::kState ? names.states : names.pairs).empty();
+  if (numbered && !has_name) return numbered;
+  if (const auto output = IndexOf(name, names.outputs)) return Component{ComponentKind::kOutput, *output};
+  return numbered;
+}
+
+std::string NoComponentNamed(const std::string& name, const ComponentNames& names, Index m, Index n) {
+  constexpr Index kListed = 8;
+  constexpr Index kCompared = 10'000;  // beyond that a request would buy much work with a short name
+  const Index count = m + 2 * n + static_cast<Index>(names.outputs.size());
+  const std::vector<std::string> listed = FirstNames(names, m, n, kListed);
+  const std::string more = count > kListed ? fmt::format(" and {} more", count - kListed) : "";
+  return fmt::format("{}; is no state, pair or output of the problem, which has {}{}{}", Quoted(name),
+                     fmt::join(listed, ", "), more, DidYouMean(NearestName(name, FirstNames(names, m, n, kCompared))));
 }
 
 }  // namespace dlcs

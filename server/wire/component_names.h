@@ -90,6 +90,9 @@ std::string DisplayName(const Component& component, const ComponentNames& names)
 // The component of a system with m states and n pairs that has this display name, or x1, y1, w1; absent where there is
 // none.
 std::optional<Component> ComponentNamed(const std::string& name, const ComponentNames& names, Index m, Index n);
+// Why there is none: "\"vc\"; is no state, pair or output of the problem, which has vC, iL and 3 more; did you mean
+// vC?"
+std::string NoComponentNamed(const std::string& name, const ComponentNames& names, Index m, Index n);
 
 }  // namespace dlcs
 

@@ -192,13 +192,17 @@ namespace {
 std::vector<ComponentTolerance> TolerancesFromProto(const v1::SolveOptions& options, const ComponentNames& names,
                                                     Index m, Index n, std::vector<Violation>& violations) {
   std::vector<ComponentTolerance> result;
+  bool has_unknown = false;
   for (int k = 0; k < options.absolute_tolerances_size(); ++k) {
     const v1::ComponentTolerance& given = options.absolute_tolerances(k);
     const std::string field = fmt::format("absolute_tolerances[{}]", k);
     const std::optional<Component> component = ComponentNamed(given.name(), names, m, n);
     if (!component) {
+      // The names are listed once.
+      const bool is_first = !std::exchange(has_unknown, true);
       violations.push_back(
-          {field + ".name", fmt::format("{}; is no state, pair or output of the problem", Quoted(given.name()))});
+          {field + ".name", is_first ? NoComponentNamed(given.name(), names, m, n)
+                                     : fmt::format("{}; is no state, pair or output either", Quoted(given.name()))});
       continue;
     }
     const auto same = [&](const ComponentTolerance& other) { return other.component == *component; };

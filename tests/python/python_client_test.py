@@ -69,6 +69,22 @@ class SolveTest(unittest.TestCase):
         self.assertEqual(sol.t_events[0], 0)
         self.assertGreater(sol.t_events.size, 1)
 
+    def test_takes_tolerances_as_scipy_does(self):
+        # z follows the difference of two states that are equal but for 1e-9: of 1e-9 of z, rounding leaves nothing.
+        system = {
+            "A": [[-1, 0, 0], [0, -1, 0], [1e3, -1e3, -1]], "B": np.zeros((3, 1)), "N": np.zeros((1, 3)), "M": [[1]],
+            "f": ["sin(t)", "sin(t)", 0], "g": [1], "x0": [1, 1 + 1e-9, 0], "t_span": (0, 5),
+            "outputs": {"difference": ([1, -1, 0], [0])},
+        }  # fmt: skip
+        self.assertFalse(dlcs.solve(**system, rtol=1e-8).success)
+        for atol in (1e-9, {"x3": 1e-9, "difference": 1e-12}, {"x3": np.float32(1e-9)}):
+            sol = dlcs.solve(**system, rtol=1e-8, atol=atol)
+            self.assertTrue(sol.success, sol.message)
+            self.assertEqual(sol.summary.accuracy.tolerance, 1e-8)
+        self.assertFalse(dlcs.solve(**system, rtol=1e-8, atol={"x1": 1e-9}).success)
+        np.testing.assert_array_equal(dlcs.solve(**system, rtol=1e-8, t_eval=[5]).x,
+                                      dlcs.solve(**system, tol=1e-8, t_eval=[5]).x)  # fmt: skip
+
     def test_finds_the_periodic_steady_state(self):
         # x' = -x/100 + sin 3t, and a pair that does nothing.
         period = 2 * math.pi / 3

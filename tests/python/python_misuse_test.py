@@ -94,7 +94,8 @@ class ArgumentsTest(unittest.TestCase):
 
     def test_say_what_was_meant(self):
         for given, message in (({"rtol": 1e-3, "tol": 1e-3}, "rtol: is another name of tol; give one of them"),
-                               ({"atol": {"x9": 1}}, '"x9"; is no state, pair or output of the problem'),
+                               ({"atol": {"x9": 1}}, '"x9"; is no state, pair or output of the problem, which has x1'),
+                               ({"atol": {"x1": -1}}, "atol['x1']: -1; must be a number at least 0"),
                                ({"tol": "1e-6"}, "tol: '1e-6'; must be a positive number")):  # fmt: skip
             with self.assertRaisesRegex(dlcs.InvalidArgument, re.escape(message)):
                 dlcs.solve(**(DECAY | given))

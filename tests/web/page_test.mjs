@@ -193,6 +193,29 @@ test("shows what is wrong with a problem at its field", async () => {
   await context.close();
 });
 
+// z follows the difference of two states that are equal but for 1e-9: of 1e-9 of z, rounding leaves nothing.
+test("takes absolute tolerances, and says which names there are", async () => {
+  const context = await newContext();
+  const page = await open(context, "#/submit");
+  const problem = `{"states": ["a", "b", "z"], "A": [[-1, 0, 0], [0, -1, 0], [1e3, -1e3, -1]], "B": [[0], [0], [0]],
+    "N": [[0, 0, 0]], "M": [[1]], "f": ["sin(t)", "sin(t)", "0"], "g": ["1"], "x0": [1, 1.000000001, 0], "T": 5,
+    "outputs": {"names": ["v(a,b)"], "C": [[1, -1, 0]], "D": [[0]], "h": [0]}}`;
+  await page.fill("#tolerance", "1e-8");
+  for (const [text, rule] of [
+    ["z", "is z; must be a number at least 0, or NAME=number"],
+    ["z=-1", "is z=-1; must be a number at least 0"],
+    ["1e-9, V(a,b)=1e-9", "did you mean v(a,b)?"],
+  ]) {
+    await page.fill("#absolute", text);
+    await submit(page, problem);
+    await page.locator("#absolute-error", { hasText: rule }).waitFor(kPatience);
+  }
+  await page.fill("#absolute", "1e-15, v(a,b)=1e-12, z=1e-9");
+  await submit(page, problem);
+  assert.match(await verdict(page), /SOLVED within an error of 1e-0?8/);
+  await context.close();
+});
+
 test("tells answers that are of no use from others", async () => {
   const context = await newContext();
   const page = await open(context, "#/submit");

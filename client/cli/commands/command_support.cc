@@ -48,7 +48,9 @@ std::string FlagAndIndex(std::string_view field) {
   const std::size_t end = std::min(field.find('['), field.size());
   const std::string_view name = field.substr(0, end);
   const std::string_view flag = name == "all_basic_solutions" ? "--all" : FlagOf(name);
-  return flag.empty() ? std::string() : fmt::format("{}{}", flag, field.substr(end));
+  // NAME=NUMBER of a list is found by its name, which the error quotes.
+  const std::string_view rest = field.find('.') == std::string_view::npos ? field.substr(end) : "";
+  return flag.empty() ? std::string() : fmt::format("{}{}", flag, rest);
 }
 
 // What a file calls `field`, the path of a field of a problem: "A[0][1]" for "a[0][1]".

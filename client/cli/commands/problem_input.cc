@@ -84,6 +84,7 @@ absl::Status ProblemInput::ReadDeckText(const DeckOptions& options) {
   file_.name = std::move(netlist->title);
   notes_ = std::move(netlist->notes);
   relays_ = std::move(netlist->relays);
+  tolerances_ = std::move(netlist->tolerances);
   if (rule_) file_.problem.set_rule(*rule_);
   return absl::OkStatus();
 }
@@ -141,6 +142,10 @@ std::vector<std::string> ProblemInput::StateNames() const {
   return {file_.problem.state_names().begin(), file_.problem.state_names().end()};
 }
 
+v1::SolveOptions ProblemInput::WithTolerancesOfDeck(const v1::SolveOptions& options) const {
+  return deck_.empty() ? options : WithTolerances(options, tolerances_, file_.problem);
+}
+
 v1::SolveRequest ProblemInput::SolveRequest(const v1::SolveOptions& options) const {
   v1::SolveRequest request;
   if (is_uploaded()) {
@@ -150,16 +155,16 @@ v1::SolveRequest ProblemInput::SolveRequest(const v1::SolveOptions& options) con
   } else {
     *request.mutable_problem() = file_.problem;
   }
-  *request.mutable_options() = options;
+  *request.mutable_options() = WithTolerancesOfDeck(options);
   return request;
 }
 
 v1::SolveEnsembleRequest ProblemInput::EnsembleRequest(const v1::SolveOptions& options) const {
-  return LinearRequest<v1::SolveEnsembleRequest>(name_, file_.problem, options);
+  return LinearRequest<v1::SolveEnsembleRequest>(name_, file_.problem, WithTolerancesOfDeck(options));
 }
 
 v1::AnalyzeProblemRequest ProblemInput::AnalyzeRequest(const v1::SolveOptions& options) const {
-  return LinearRequest<v1::AnalyzeProblemRequest>(name_, file_.problem, options);
+  return LinearRequest<v1::AnalyzeProblemRequest>(name_, file_.problem, WithTolerancesOfDeck(options));
 }
 
 v1::ProblemBody ProblemInput::Body() const {

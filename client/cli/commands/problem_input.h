@@ -61,7 +61,9 @@ class ProblemInput {
   // Empty if it has none, or is uploaded.
   std::vector<std::string> StateNames() const;
 
-  // A request with the problem, or with its name if it is uploaded.
+  // `options` with the tolerances of a deck, where they give none (client/netlist/netlist.h).
+  v1::SolveOptions WithTolerancesOfDeck(const v1::SolveOptions& options) const;
+  // A request with the problem, or with its name if it is uploaded; with the tolerances of a deck.
   v1::SolveRequest SolveRequest(const v1::SolveOptions& options) const;
   // For linear problems.
   v1::SolveEnsembleRequest EnsembleRequest(const v1::SolveOptions& options) const;
@@ -79,6 +81,7 @@ class ProblemInput {
   ServerTarget server_;
   std::vector<std::string> notes_;
   std::vector<Relay> relays_;
+  v1::SolveOptions tolerances_;  // of a deck
   v1::StoredProblem about_;  // of an uploaded problem, after FetchUploaded()
 };
 

@@ -226,7 +226,7 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                          .horizon = command.options.period() > 0 ? command.options.period() : input.horizon(),
                          .warnings = command.format != OutputFormat::kTable || !IsStandardOutput(command.output),
                          .nonlinear = input.is_nonlinear(),
-                         .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0,
+                         .default_error = !HasStep(command.options) && request.options().error_tolerance() == 0,
                          .estimates = !command.options.has_estimate_error() || command.options.estimate_error()});
   DisplayNames names;
   const EventCallback show = [&](const v1::SolveEvent& event) {

@@ -32,19 +32,20 @@ namespace dlcs::client {
 namespace {
 
 // What the members of one ensemble have in common. Points with equal matrices share their set-up.
-std::string SharedPart(v1::Problem problem) {
+std::string SharedPart(const Netlist& netlist) {
+  v1::Problem problem = netlist.problem;
   problem.clear_x0();
   problem.clear_f();
   problem.clear_g();
   problem.clear_horizon();
-  return problem.SerializeAsString();
+  return problem.SerializeAsString() + netlist.tolerances.SerializeAsString();
 }
 
 std::vector<std::vector<std::size_t>> GroupsOf(const std::vector<SweptNetlist>& sweep) {
   std::map<std::string, std::size_t> known;
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t k = 0; k < sweep.size(); ++k) {
-    const auto [group, is_new] = known.try_emplace(SharedPart(sweep[k].netlist.problem), groups.size());
+    const auto [group, is_new] = known.try_emplace(SharedPart(sweep[k].netlist), groups.size());
     if (is_new) groups.emplace_back();
     groups[group->second].push_back(k);
   }
@@ -57,7 +58,7 @@ v1::SolveEnsembleRequest RequestOf(const SolveCommand& command, bool detach, con
   const v1::Problem& first = sweep[group.front()].netlist.problem;
   *request.mutable_problem() = first;
   if (command.rule) request.mutable_problem()->set_rule(*command.rule);
-  *request.mutable_options() = command.options;
+  *request.mutable_options() = WithTolerances(command.options, sweep[group.front()].netlist.tolerances, first);
   bool same_end = true;
   for (const std::size_t k : group) {
     const v1::Problem& problem = sweep[k].netlist.problem;

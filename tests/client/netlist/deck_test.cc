@@ -588,7 +588,7 @@ TEST(DeckTest, ModelsAreReadWhereTheyAreDefined) {
 
 TEST(DeckTest, NotesWhatItLeavesOut) {
   const Deck deck = Good(
-      "V1 a 0 1\n.options reltol=1e-6\n.control\nrun\nplot v(a)\n.endc\n.ac dec 10 1 1k\n"
+      "V1 a 0 1\n.options gmin=1e-6\n.control\nrun\nplot v(a)\n.endc\n.ac dec 10 1 1k\n"
       ".meas ac x max vdb(a)\n.print ac vdb(a)\n.print tran v(a) i(V1)\n" +
       std::string(kRest));
   EXPECT_THAT(deck.notes, AllOf(Contains(HasSubstr(".options is ignored")), Contains(HasSubstr(".control block")),
@@ -596,6 +596,32 @@ TEST(DeckTest, NotesWhatItLeavesOut) {
                                 Contains(HasSubstr(".meas ac is ignored"))));
   ASSERT_EQ(deck.outputs.size(), 2);
   EXPECT_EQ(deck.outputs[1].factors[0].factors.at("i(v1)"), 1);
+}
+
+TEST(DeckTest, TakesTheTolerancesThatItWrites) {
+  const std::string circuit = "V1 a 0 1\n" + std::string(kRest);
+  const Deck none = Good(".options gmin=1e-12 noacct\n" + circuit);
+  EXPECT_FALSE(none.tolerances.relative || none.tolerances.of_currents || none.tolerances.of_voltages);
+  // The last value counts.
+  const Deck deck = Good(".param small=1u\n.options RELTOL=1e-7 ABSTOL = 1p gmin=1e-12 noacct\n" + circuit +
+                         ".opt vntol={small} abstol=2p\n");
+  EXPECT_EQ(deck.tolerances.relative, 1e-7);
+  EXPECT_EQ(deck.tolerances.of_currents, 2e-12);
+  EXPECT_EQ(deck.tolerances.of_voltages, 1e-6);
+  EXPECT_THAT(
+      deck.notes,
+      AllOf(
+          Contains("a.cir:3:10: reltol is --tolerance 1e-07, unless the command line gives its own"),
+          Contains("a.cir:3:22: abstol is --absolute-tolerance 1e-12 A of inductors and of outputs, unless the command "
+                   "line gives its own"),
+          Contains(HasSubstr("vntol is --absolute-tolerance 1e-06 V of capacitors and of outputs")),
+          Contains("a.cir:3: gmin, noacct of .options is ignored")));
+  EXPECT_THAT(Fault(".options reltol=1\n" + circuit),
+              HasSubstr("a.cir:2:17: reltol is 1; must be at least 1e-13 and below 1"));
+  EXPECT_THAT(Fault(".options reltol=0\n" + circuit), HasSubstr("reltol is 0; must be at least 1e-13"));
+  EXPECT_THAT(Fault(".options vntol=-1u\n" + circuit), HasSubstr("vntol is -1e-06; must be finite and at least 0"));
+  EXPECT_THAT(Fault(".options abstol gmin=1\n" + circuit),
+              HasSubstr("a.cir:2:10: abstol has no value; it is written abstol=VALUE"));
 }
 
 TEST(DeckTest, TakesTheTranOfAControlBlockWhereThereIsNoOther) {

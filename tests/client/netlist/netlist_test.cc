@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -28,6 +29,7 @@ namespace {
 using dlcs::testing::ProjectPath;
 using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -361,6 +363,82 @@ TEST(NetlistTest, PassesHysteresisWhereLargeTermsCancel) {
       }
     }
   }
+}
+
+// "v_C1=1e-06" of absolute tolerances, sorted by name.
+std::vector<std::string> AbsoluteIn(const v1::SolveOptions& options) {
+  std::vector<std::string> given;
+  for (const v1::ComponentTolerance& one : options.absolute_tolerances()) {
+    given.push_back(fmt::format("{}={}", one.name(), one.tolerance()));
+  }
+  std::ranges::sort(given);
+  return given;
+}
+
+TEST(NetlistTest, TolerancesOfADeckAreThoseOfItsVoltagesAndCurrents) {
+  const auto read = [](const std::string& options, const std::string& print) {
+    return ReadNetlist("title\nV1 in 0 10\nR1 in a 1k\nC1 a 0 1u\nL1 a b 1m\nD1 b c D\nR2 c 0 10\n" + options + print +
+                           ".model D D\n.tran 1u 1m uic\n",
+                       "a.cir", "", {});
+  };
+  const std::string print = ".print v(a) v(a,b) i(L1) {2*v(a)} {v(a)-v(b)} {v(a)+1e3*i(L1)} {i(R1)-i(R2)}\n";
+  const auto netlist = read(".options reltol=1e-8 abstol=1p vntol=1u\n", print);
+  ASSERT_TRUE(netlist.ok()) << netlist.status();
+  EXPECT_EQ(netlist->tolerances.error_tolerance(), 1e-8);
+  const std::vector<std::string> of_deck = {"i(L1)=1e-12", "i_L1=1e-12",          "v(a)=1e-06",       "v(a,b)=1e-06",
+                                            "v_C1=1e-06",  "{i(R1)-i(R2)}=1e-12", "{v(a)-v(b)}=1e-06"};
+  EXPECT_EQ(AbsoluteIn(netlist->tolerances), of_deck);
+  const auto with = [&](const v1::SolveOptions& options) {
+    return WithTolerances(options, netlist->tolerances, netlist->problem);
+  };
+  EXPECT_EQ(with({}).error_tolerance(), 1e-8);
+  EXPECT_EQ(AbsoluteIn(with({})), of_deck);
+  v1::SolveOptions own;
+  own.set_error_tolerance(1e-4);
+  v1::ComponentTolerance& voltage = *own.add_absolute_tolerances();
+  voltage.set_name("x1");  // of v_C1
+  voltage.set_tolerance(0.5);
+  EXPECT_EQ(with(own).error_tolerance(), 1e-4);
+  EXPECT_THAT(AbsoluteIn(with(own)),
+              AllOf(Contains("x1=0.5"), Contains("i_L1=1e-12"), Not(Contains(HasSubstr("v_C1")))));
+  // A number is for all components, and steps are an own accuracy.
+  own.set_absolute_tolerance(1e-3);
+  own.clear_error_tolerance();
+  own.set_steps(100);
+  EXPECT_THAT(AbsoluteIn(with(own)), ElementsAre("x1=0.5"));
+  EXPECT_EQ(with(own).error_tolerance(), 0);
+
+  const auto vntol_alone = read(".options vntol=1u\n", print);
+  ASSERT_TRUE(vntol_alone.ok()) << vntol_alone.status();
+  EXPECT_EQ(vntol_alone->tolerances.error_tolerance(), 0);
+  EXPECT_THAT(AbsoluteIn(vntol_alone->tolerances), Not(Contains(HasSubstr("i(L1)"))));
+  const auto none = read("", print);
+  ASSERT_TRUE(none.ok()) << none.status();
+  EXPECT_EQ(none->tolerances.ByteSizeLong(), 0u);
+}
+
+// 1 mH and 1 uF ring 1,000 times: of 1e-12 of their voltage and current, rounding leaves nothing.
+TEST(NetlistTest, SolvesWithTheTolerancesOfTheDeck) {
+  const auto outcome = [](const std::string& deck, const std::string& command) {
+    return RunDlcs("solve " + WriteDeck(deck + "L1 a 0 1m\nC1 a 0 1u IC=5\n.tran 1u 0.2 uic\n.print v(a) i(L1)\n") +
+                   " --at 0.2 " + command);
+  };
+  const std::string reltol = ".options reltol=1e-12\n", both = ".options vntol=1n abstol=1p\n";
+  const ProgramOutcome missed = outcome(reltol, "");
+  EXPECT_EQ(missed.code, 1);
+  EXPECT_THAT(missed.out, HasSubstr("because of rounding"));
+  const ProgramOutcome solved = outcome(reltol + both, "");
+  EXPECT_EQ(solved.code, 0) << solved.err;
+  EXPECT_THAT(solved.out, HasSubstr("SOLVED within an error of 1e-12"));
+  EXPECT_THAT(solved.err, HasSubstr("vntol is --absolute-tolerance 1e-09 V"));
+  // Each is of its own unit, and what the command line gives takes the place of it.
+  EXPECT_EQ(outcome(reltol + ".options vntol=1n\n", "").code, 1);
+  EXPECT_EQ(outcome(reltol + both, "--absolute-tolerance 'v(a)=1e-15'").code, 1);
+  EXPECT_EQ(outcome(reltol, "--absolute-tolerance 1e-9").code, 0);
+  EXPECT_THAT(outcome(reltol, "--tolerance 1e-9").out, HasSubstr("SOLVED within an error of 1e-09"));
+  EXPECT_THAT(outcome("", "").out, HasSubstr("SOLVED within an error of 1e-06 (the default)"));
+  EXPECT_THAT(outcome(reltol, "--steps 100000 --method exponential-integrator").out,
+              HasSubstr("reached T, estimated error"));
 }
 
 TEST(NetlistTest, SaysWhatSlides) {

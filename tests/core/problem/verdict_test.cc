@@ -59,14 +59,80 @@ TEST(VerdictTest, NamesWhatMissedTheToleranceAndWhatWouldAcceptIt) {
   EXPECT_EQ(by_steps.kind, VerdictKind::kErrorEstimated);
   EXPECT_FALSE(by_steps.success);
   EXPECT_EQ(by_steps.text, "reached T: i(Ln) has an error of 3e-05, allowed is 2e-06, because of steps");
-  ASSERT_THAT(by_steps.concerns, SizeIs(1));
-  EXPECT_THAT(by_steps.concerns[0], HasSubstr("--tolerance 1.6e-05 or --absolute-tolerance i(Ln)=3.1e-05 accepts it"));
+  EXPECT_THAT(by_steps.concerns, ElementsAre("i(Ln) has an error of 3e-05, allowed is 2e-06, because of steps."));
   solution.accuracy.named.push_back(solution.accuracy.named[0]);
   EXPECT_THAT(JudgeSolution(solution).text, HasSubstr("because of steps (and 1 more)"));
   const Verdict by_rounding =
       JudgeSolution(Named({.component = {}, .own = 1e-16, .truncation = 0, .rounding = 3e-9, .allowed = 1e-22}));
   EXPECT_THAT(by_rounding.text, HasSubstr("because of rounding"));
-  EXPECT_THAT(by_rounding.concerns[0], Not(HasSubstr("--tolerance")));  // none below 1 accepts it
+}
+
+// x and y with these errors, judged, after a solve for a tolerance of 1e-6 if they are not those of given steps.
+Solution Judged(ErrorsByCause x, ErrorsByCause y, const Options& options, double tolerance = 1e-6) {
+  const AccuracySource source = tolerance > 0 ? AccuracySource::kControlled : AccuracySource::kCompared;
+  Solution solution = Reached(source, 0, tolerance);
+  solution.accuracy.errors.x = std::move(x);
+  solution.accuracy.errors.y = std::move(y);
+  JudgeComponents(
+      options, [] { return AllSizesBeside{}; }, solution.accuracy);
+  return solution;
+}
+
+TEST(VerdictTest, AdvisesWhatAcceptsEveryComponentByOtherStepsToo) {
+  // By steps; twice the rounding is left for other steps.
+  Solution solution = Judged({Vector{{2}}, Vector{{3e-5}}, Vector{{1e-6}}}, {}, {});
+  EXPECT_THAT(JudgeSolution(solution).concerns,
+              ElementsAre(HasSubstr("because of steps"),
+                          "--tolerance 1.6e-05 or --absolute-tolerance 'x[0]=3.2e-05' accepts it."));
+  // By rounding: steps are not shortened below it, which is two times twice 1.5e-6. Of the others one is accepted, by
+  // less than is certain, and one for certain.
+  solution = Judged({Vector{{1, 8, 1}}, Vector{{0, 0, 0}}, Vector{{1.5e-6, 3e-6, 1e-8}}},
+                    {Vector{{2}}, Vector{{9e-6}}, Vector{{1e-9}}}, {});
+  solution.accuracy.advice.absolute[0].name = "iL";
+  solution.accuracy.advice.absolute[1].name = "v(out)";
+  solution.accuracy.advice.absolute[2].name = "D1";
+  EXPECT_THAT(JudgeSolution(solution).concerns,
+              ElementsAre(HasSubstr("y[0]"), HasSubstr("x[0]"),
+                          "--tolerance 6e-06 or --absolute-tolerance 'iL=6e-06,v(out)=1.2e-05,D1=9.1e-06' accepts "
+                          "all of them."));
+  // An absolute tolerance that is enough stays one.
+  Options options;
+  options.absolute_tolerances = {{{ComponentKind::kPair, 0}, 1e-5}};
+  solution.accuracy.advice = {};
+  JudgeComponents(
+      options, [] { return AllSizesBeside{}; }, solution.accuracy);
+  EXPECT_THAT(solution.accuracy.advice.absolute, SizeIs(2));
+}
+
+TEST(VerdictTest, AdvisesNothingThatCannotHold) {
+  // No tolerance below 1 accepts it.
+  Solution solution = Judged({Vector{{1e-16}}, Vector{{0}}, Vector{{3e-9}}}, {}, {});
+  EXPECT_EQ(JudgeSolution(solution).concerns.back(), "--absolute-tolerance 'x[0]=1.2e-08' accepts it.");
+  // Steps that leave nothing of a component are too long, whatever is accepted.
+  solution = Judged({Vector{{1}}, Vector{{40}}, Vector{{1e-9}}}, {}, {});
+  EXPECT_THAT(JudgeSolution(solution).concerns, SizeIs(1));
+  // Nor does a number for the errors help where the certificate contradicts the answer.
+  solution = Judged({Vector{{1}}, Vector{{1e-3}}, Vector{{0}}}, {}, {});
+  EXPECT_THAT(JudgeSolution(solution).concerns, SizeIs(2));
+  solution.certificate.node_residual = 0.5;
+  solution.certificate.lcp_scale = 10;
+  EXPECT_THAT(JudgeSolution(solution).concerns, ElementsAre(HasSubstr("x[0]"), HasSubstr("residual of the LCP")));
+  // An error that is not finite.
+  solution = Judged({Vector{{1}}, Vector{{std::numeric_limits<double>::infinity()}}, Vector{{0}}}, {}, {});
+  EXPECT_THAT(JudgeSolution(solution).concerns, SizeIs(1));
+  // Nobody types ten absolute tolerances.
+  solution = Judged({Vector::Ones(10), Vector::Constant(10, 1e-3), Vector::Zero(10)}, {}, {});
+  EXPECT_EQ(JudgeSolution(solution).concerns.back(), "--tolerance 0.001 accepts all of them.");
+  // Solves that do not converge have shown no error of their own.
+  solution.accuracy.follows_tolerance = false;
+  EXPECT_THAT(JudgeSolution(solution).concerns, SizeIs(10));
+}
+
+TEST(VerdictTest, AdvisesAToleranceInPlaceOfStepsThatDoNotServe) {
+  const Solution solution =
+      Judged({Vector{{2}}, Vector{{1.2}}, Vector{{1e-9}}}, {Vector{{1}}, Vector{{5}}, Vector{{0}}}, {}, 0);
+  EXPECT_THAT(JudgeSolution(solution).concerns,
+              ElementsAre(HasSubstr("x[0]"), "--tolerance 0.5 or --absolute-tolerance 'x[0]=1.3' accepts it."));
 }
 
 TEST(VerdictTest, NamesWhatIsZeroOrNegligible) {
@@ -106,7 +172,7 @@ TEST(VerdictTest, GivenStepsAreNoSuccessWhereNoDigitIsKnown) {
   const Verdict unknown = JudgeSolution(solution);
   EXPECT_FALSE(unknown.success);
   EXPECT_EQ(unknown.text, "reached T: x[0] has an error of 1.2, allowed is 1, because of steps");
-  EXPECT_THAT(unknown.concerns, SizeIs(1));
+  EXPECT_THAT(unknown.concerns, SizeIs(2));
   // y may be a short pulse.
   std::swap(errors.x, errors.y);
   JudgeComponents(

@@ -94,6 +94,43 @@ TEST_F(JobSolveTest, GivesTheBitsOfASolveAndNamesItsJobFirst) {
   }
 }
 
+// z' = -z + 1000 (a - b), with a and b equal but for 1e-9: of 1e-9 of z, rounding leaves nothing.
+TEST_F(JobSolveTest, AbsoluteTolerancesAreThoseOfTheRequestAsAJobToo) {
+  v1::SolveRequest request;
+  v1::Problem& problem = *request.mutable_problem();
+  *problem.mutable_a() = testing::DenseMatrix(3, 3, {-1, 0, 0, 0, -1, 0, 1e3, -1e3, -1});
+  *problem.mutable_b() = testing::DenseMatrix(3, 1, {0, 0, 0});
+  *problem.mutable_n() = testing::DenseMatrix(1, 3, {0, 0, 0});
+  *problem.mutable_m() = testing::DenseMatrix(1, 1, {1});
+  for (const char* f : {"sin(t)", "sin(t)", "0"}) {
+    auto& pieces = *problem.mutable_f()->mutable_pieces();
+    if (pieces.empty()) pieces.Add();
+    pieces[0].mutable_formulas()->add_formulas(f);
+  }
+  problem.mutable_g()->add_pieces()->mutable_formulas()->add_formulas("1");
+  for (const double x0 : {1.0, 1 + 1e-9, 0.0}) problem.add_x0(x0);
+  for (const char* name : {"a", "b", "z"}) problem.add_state_names(name);
+  problem.set_horizon(5);
+  request.mutable_options()->set_error_tolerance(1e-8);
+  const auto verdict = [&](const std::string& request_id) {
+    const Outcome outcome = testing::Solve(*stub_, request_id.empty() ? request : AsJob(request, request_id));
+    EXPECT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+    return outcome.events.empty() ? v1::Verdict() : outcome.events.back().summary().verdict();
+  };
+  EXPECT_EQ(verdict("").kind(), v1::VERDICT_KIND_ERROR_ESTIMATED);
+  EXPECT_EQ(verdict("missed").kind(), v1::VERDICT_KIND_ERROR_ESTIMATED);
+  v1::ComponentTolerance& of_z = *request.mutable_options()->add_absolute_tolerances();
+  of_z.set_name("z");
+  of_z.set_tolerance(1e-9);
+  EXPECT_EQ(verdict("").kind(), v1::VERDICT_KIND_SOLVED);
+  EXPECT_EQ(verdict("accepted").kind(), v1::VERDICT_KIND_SOLVED);
+  of_z.set_name("Z");
+  const grpc::Status refused = testing::Solve(*stub_, request).status;
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(refused.error_message(), HasSubstr("absolute_tolerances[0].name: \"Z\"; is no state, pair or output of "
+                                                 "the problem, which has a, b, z, y1, w1; did you mean z?"));
+}
+
 TEST_F(JobSolveTest, WhoComesBackWithTheRequestIdIsGivenTheSameSolve) {
   const v1::SolveRequest request = AsJob(SwitchingRequest(500));
   const Outcome first = testing::Solve(*stub_, request);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -227,6 +228,41 @@ TEST(ProblemParametersTest, OfAMemberChangeItsFormulasButNoMatrix) {
   ASSERT_EQ(violations.size(), 1u);
   EXPECT_EQ(violations[0].field, "members[4].parameters");
   EXPECT_THAT(violations[0].description, HasSubstr("change A, which all members of an ensemble share"));
+}
+
+TEST(ComponentNamedTest, FindsWhatIsDisplayed) {
+  for (const ComponentNames& names :
+       {kNames, ComponentNames{}, ComponentNames{{}, {"D1"}, {"v(out)", "x1"}}, ComponentNames{{"x1", "x2"}, {"y1"}},
+        ComponentNames{{"iL", "vC"}, {}, {"x1", "w(D1)"}}}) {
+    for (const ComponentKind kind : kComponentKinds) {
+      const Index size = kind == ComponentKind::kState    ? 2
+                         : kind == ComponentKind::kOutput ? static_cast<Index>(names.outputs.size())
+                                                          : 1;
+      for (Index i = 0; i < size; ++i) {
+        const std::string name = DisplayName({kind, i}, names);
+        const bool is_of_state = kind == ComponentKind::kOutput && name == "x1" && names.states.empty();
+        const Component expected = is_of_state ? Component{ComponentKind::kState, 0} : Component{kind, i};
+        EXPECT_EQ(ComponentNamed(name, names, 2, 1), expected) << name;
+      }
+    }
+  }
+}
+
+TEST(ComponentNamedTest, KnowsEveryComponentByItsNumberToo) {
+  EXPECT_EQ(ComponentNamed("x2", kNames, 2, 1), (Component{ComponentKind::kState, 1}));
+  EXPECT_EQ(ComponentNamed("w1", kNames, 2, 1), (Component{ComponentKind::kSlack, 0}));
+  for (const char* none : {"x0", "x3", "y2", "w", "", "w()", "z1", "x18446744073709551616", "w(vC)"}) {
+    EXPECT_EQ(ComponentNamed(none, kNames, 2, 1), std::nullopt) << none;
+  }
+}
+
+TEST(ComponentNamedTest, SaysWhatThereIsInstead) {
+  EXPECT_EQ(NoComponentNamed("VC", kNames, 2, 1),
+            "\"VC\"; is no state, pair or output of the problem, which has iL, vC, D1, w(D1); did you mean vC?");
+  EXPECT_EQ(NoComponentNamed("voltage", kNames, 2, 1),
+            "\"voltage\"; is no state, pair or output of the problem, which has iL, vC, D1, w(D1)");
+  EXPECT_THAT(NoComponentNamed("x_3000", {}, 5000, 10),
+              HasSubstr("which has x1, x2, x3, x4, x5, x6, x7, x8 and 5012 more; did you mean x3000?"));
 }
 
 }  // namespace

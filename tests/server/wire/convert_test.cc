@@ -17,6 +17,7 @@ namespace {
 using ::google::protobuf::util::MessageDifferencer;
 using ::testing::ElementsAre;
 using ::testing::Field;
+using ::testing::FieldsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -188,9 +189,15 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   options.inelastic_impact = true;
   options.estimate_error = true;
   options.error_tolerance = 1e-7;
+  options.absolute_tolerance = 0;
+  options.absolute_tolerances = {{{ComponentKind::kState, 1}, 1e-9},
+                                 {{ComponentKind::kPair, 0}, 1e-10},
+                                 {{ComponentKind::kSlack, 1}, 1e-11},
+                                 {{ComponentKind::kOutput, 0}, 1e-12}};
   options.num_threads = 3;
+  const ComponentNames names{{}, {"D1", "D2"}, {"v(out)"}};
   std::vector<Violation> violations;
-  const Options back = OptionsFromProto(ToProto(options), {}, 2, 2, violations);
+  const Options back = OptionsFromProto(ToProto(options, names), names, 2, 2, violations);
   EXPECT_THAT(violations, IsEmpty());
   EXPECT_EQ(back.method, options.method);
   EXPECT_EQ(back.num_steps, options.num_steps);
@@ -205,8 +212,28 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   EXPECT_EQ(back.window_steps, options.window_steps);
   EXPECT_EQ(back.iteration_tolerance, options.iteration_tolerance);
   EXPECT_EQ(back.error_tolerance, 1e-7);
+  EXPECT_EQ(back.absolute_tolerance, 0);
+  ASSERT_EQ(back.absolute_tolerances.size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(back.absolute_tolerances[k].component, options.absolute_tolerances[k].component) << k;
+    EXPECT_EQ(back.absolute_tolerances[k].tolerance, options.absolute_tolerances[k].tolerance) << k;
+  }
   EXPECT_EQ(back.num_threads, options.num_threads);
-  EXPECT_TRUE(MessageDifferencer::Equals(ToProto(back), ToProto(options)));
+  EXPECT_TRUE(MessageDifferencer::Equals(ToProto(back, names), ToProto(options, names)));
+}
+
+TEST(ConvertTest, AbsoluteTolerancesAreOfComponentsThatAreThereEachOnce) {
+  const ComponentNames names{{"iL", "vC"}, {"D1"}, {"v(out)"}};
+  v1::SolveOptions options;
+  for (const char* name : {"iL", "vc", "w(D1)", "x1", "i(out)"}) options.add_absolute_tolerances()->set_name(name);
+  std::vector<Violation> violations;
+  EXPECT_EQ(OptionsFromProto(options, names, 2, 1, violations).absolute_tolerances.size(), 3u);
+  EXPECT_THAT(violations,
+              ElementsAre(FieldsAre("absolute_tolerances[1].name",
+                                    "\"vc\"; is no state, pair or output of the problem, which has iL, vC, D1, w(D1), "
+                                    "v(out); did you mean vC?"),
+                          FieldsAre("absolute_tolerances[3].name", "\"x1\"; given twice; keep one of them"),
+                          FieldsAre("absolute_tolerances[4].name", "\"i(out)\"; is no state, pair or output either")));
 }
 
 TEST(ConvertTest, UnsetOptionsAreTheDefaultsOfTheEngine) {

@@ -57,6 +57,8 @@ TEST(SolveOptionTableTest, WhatIsTypedSetsTheFieldsAndFollowsFromThem) {
       {"--grid", "0.25,1", "--window", "whole", "--windows-in-flight", "3", "--acceleration", "4", "--kernel",
        "contour"},
       {"--estimate-error", "--project-initial-state", "--inelastic-impact", "--window", "7"},
+      {"--absolute-tolerance", "1e-09"},
+      {"--absolute-tolerance", "0,iL=1e-06,v(a,b)=0.001,w(D1)=2"},
       {"--periodic", "0.02"},
       {"--periodic", "auto"},
       {"--interpolation", "cubic-spline", "--contour", "theorem-2-2", "--contour-nodes", "20", "--contour-gamma", "0.5",
