@@ -21,7 +21,7 @@ bool IsLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') 
 bool IsSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 char Lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
-struct Advice {
+struct Hint {
   std::string_view found;
   std::string_view advice;
 };
@@ -35,49 +35,49 @@ constexpr std::string_view kAdviceFinite = "a formula must have a finite value; 
 
 // Operators of other languages, longer ones first.
 constexpr std::array kForeignOperators = {
-    Advice{"//", "write floor(a/b)"},
-    Advice{"&&", kAdviceAnd},
-    Advice{"||", kAdviceOr},
-    Advice{"%", "write a - b*floor(a/b)"},
-    Advice{"=", "a formula is one value and assigns nothing; write == to compare"},
-    Advice{";", "a formula is one value; write a list of formulas for several components"},
-    Advice{"&", kAdviceAnd},
-    Advice{"|", kAdviceOr},
-    Advice{"!", kAdviceNot},
-    Advice{"~", kAdviceNot},
-    Advice{"?", kAdviceIf},
-    Advice{":", kAdviceIf},
-    Advice{"[", "write parentheses"},
-    Advice{"]", "write parentheses"},
-    Advice{"{", "write parentheses"},
-    Advice{"}", "write parentheses"},
-    Advice{"\"", "there are no strings"},
-    Advice{"'", "there are no strings"},
-    Advice{".", "a point belongs to a number, as in 0.5, and names have no prefix"},
+    Hint{"//", "write floor(a/b)"},
+    Hint{"&&", kAdviceAnd},
+    Hint{"||", kAdviceOr},
+    Hint{"%", "write a - b*floor(a/b)"},
+    Hint{"=", "a formula is one value and assigns nothing; write == to compare"},
+    Hint{";", "a formula is one value; write a list of formulas for several components"},
+    Hint{"&", kAdviceAnd},
+    Hint{"|", kAdviceOr},
+    Hint{"!", kAdviceNot},
+    Hint{"~", kAdviceNot},
+    Hint{"?", kAdviceIf},
+    Hint{":", kAdviceIf},
+    Hint{"[", "write parentheses"},
+    Hint{"]", "write parentheses"},
+    Hint{"{", "write parentheses"},
+    Hint{"}", "write parentheses"},
+    Hint{"\"", "there are no strings"},
+    Hint{"'", "there are no strings"},
+    Hint{".", "a point belongs to a number, as in 0.5, and names have no prefix"},
 };
 
 constexpr std::array kForeignNames = {
-    Advice{"and", kAdviceAnd},
-    Advice{"or", kAdviceOr},
-    Advice{"not", kAdviceNot},
-    Advice{"if", kAdviceIf},
-    Advice{"else", kAdviceIf},
-    Advice{"heaviside", "write the comparison (t >= 0)"},
-    Advice{"ln", "write log, the natural logarithm"},
-    Advice{"log2", "write log(t)/log(2)"},
-    Advice{"pow", "write a**b"},
-    Advice{"power", "write a**b"},
-    Advice{"fabs", "write abs"},
-    Advice{"arcsin", "write asin"},
-    Advice{"arccos", "write acos"},
-    Advice{"arctan", "write atan"},
-    Advice{"np", kAdvicePrefix},
-    Advice{"numpy", kAdvicePrefix},
-    Advice{"math", kAdvicePrefix},
-    Advice{"true", "write 1"},
-    Advice{"false", "write 0"},
-    Advice{"inf", kAdviceFinite},
-    Advice{"nan", kAdviceFinite},
+    Hint{"and", kAdviceAnd},
+    Hint{"or", kAdviceOr},
+    Hint{"not", kAdviceNot},
+    Hint{"if", kAdviceIf},
+    Hint{"else", kAdviceIf},
+    Hint{"heaviside", "write the comparison (t >= 0)"},
+    Hint{"ln", "write log, the natural logarithm"},
+    Hint{"log2", "write log(t)/log(2)"},
+    Hint{"pow", "write a**b"},
+    Hint{"power", "write a**b"},
+    Hint{"fabs", "write abs"},
+    Hint{"arcsin", "write asin"},
+    Hint{"arccos", "write acos"},
+    Hint{"arctan", "write atan"},
+    Hint{"np", kAdvicePrefix},
+    Hint{"numpy", kAdvicePrefix},
+    Hint{"math", kAdvicePrefix},
+    Hint{"true", "write 1"},
+    Hint{"false", "write 0"},
+    Hint{"inf", kAdviceFinite},
+    Hint{"nan", kAdviceFinite},
 };
 
 // Characters that text processors substitute for those of a formula.
@@ -235,7 +235,7 @@ FormulaToken NextFormulaToken(std::string_view text, std::size_t begin) {
   for (std::string_view op : {"**", "<=", ">=", "==", "!="}) {
     if (rest.starts_with(op)) return {.kind = Kind::kOperator, .text = rest.substr(0, 2), .position = begin};
   }
-  for (const Advice& foreign : kForeignOperators) {
+  for (const Hint& foreign : kForeignOperators) {
     if (rest.starts_with(foreign.found)) {
       return Invalid(text, begin, foreign.found.size(), std::string(foreign.advice));
     }
@@ -250,7 +250,7 @@ FormulaToken NextFormulaToken(std::string_view text, std::size_t begin) {
 std::string AdviceForUnknownName(std::string_view name, const FormulaVariables& variables) {
   std::string lower(name);
   std::transform(lower.begin(), lower.end(), lower.begin(), Lower);
-  for (const Advice& foreign : kForeignNames) {
+  for (const Hint& foreign : kForeignNames) {
     if (foreign.found == lower) return std::string(foreign.advice);
   }
   const auto components = [](char letter, Index count) {
