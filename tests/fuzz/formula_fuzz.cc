@@ -44,11 +44,12 @@ void TryFormula(const std::string& input) {
   constexpr double kEnd = 2;
   const auto analyzed = AnalyzeFormula(input.substr(2), {.states = m, .constraints = n}, 0, kEnd);
   Require(analyzed.ok(), "what is read is analyzed");
-  const auto& [times, inside, gaps, refusal, warnings] = (*analyzed)->switching;
+  const auto& [times, time_errors, inside, gaps, refusal, warnings] = (*analyzed)->switching;
   Require(std::is_sorted(times.begin(), times.end()) && (times.empty() || (times.front() > 0 && times.back() < kEnd)),
           "switching times are inside");
   Require(!refusal.empty() || inside.empty() || inside.size() == times.size() + 1,
           "every smooth interval has a time inside");
+  Require(time_errors.size() == times.size(), "every switching time has an error");
   Formula decided(*analyzed, {kEnd, times});
   for (const double t : {0.0, 0.7, times.empty() ? kEnd : times.front()}) decided.Evaluate(t, x, y, Side::kLeft);
 
