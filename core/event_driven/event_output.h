@@ -47,8 +47,8 @@ class EventOutput {
   // Here nodes are the ends of steps, and midpoints the additional times inside them at which the sources were checked.
   // Residuals and defect are those of the row in which they are largest relative to the row's size (the largest sum of
   // the absolute values of its terms so far), in the unit of the scales that they are compared with. A y_i that should
-  // be zero is measured by its effect on the rows in which it occurs. What `rounding` of x explains is no defect: beside
-  // a state that is zero by symmetry x' is rounding, and so is its defect.
+  // be zero is measured by its effect on the rows in which it occurs. What `rounding` of x explains is no defect:
+  // beside a state that is zero by symmetry x' is rounding, and so is its defect.
   Certificate certificate(const Vector& rounding) const;
 
  private:

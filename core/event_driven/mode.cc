@@ -78,9 +78,9 @@ std::optional<Multipliers> SubstituteMultipliers(const Problem& problem, Mode& m
   ClearRounding(Scaled(M_SS, {inverse->row, inverse->column}), inverse->inverse);
   const Matrix N_S = problem.N.Dense()(S, Eigen::all);
   const Matrix selector = ColumnsOfIdentity(problem.num_constraints(), S);
-  const Matrix B_S = problem.B.Dense()(Eigen::all, S), quotient = inverse->Quotient(B_S);
+  const Matrix quotient = inverse->Quotient(problem.B.Dense()(Eigen::all, S));
   mode.F = problem.A.Dense() - Product(quotient, N_S);
-  mode.F_terms = problem.A.Dense().cwiseAbs() + inverse->TermsOfQuotient(B_S, quotient) * N_S.cwiseAbs();
+  mode.F_terms = problem.A.Dense().cwiseAbs() + quotient.cwiseAbs() * N_S.cwiseAbs();
   if (!S.empty()) mode.source_g = -quotient * selector.transpose();
   return Multipliers{*std::move(inverse), M_SS, N_S, selector.transpose(), {}};
 }

@@ -255,7 +255,7 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
     const DipsByCause dips = MissedDip(step, i, of_state, s_end, {begins_mode, i == ends_mode});
     const Vector of_y = B.col(i);
     // y_i that moves w_i neither at once nor through x, as those of a relay: other y jump for it.
-    const bool acts_on_others = M(i, i) == 0 && N.row(i).dot(of_y) == 0;
+    const bool acts_on_others = mode.is_explicit() && M(i, i) == 0 && N.row(i).dot(of_y) == 0;
     if (lcp && acts_on_others && dips.rounding_part + dips.truncation_part > 0) {
       const double error = step.guard.noise[i] + step.guard.truncation[i] + of_state.truncation[i];
       const Vector jump = B * JumpAcross(problem, *lcp, step, i, error, s_end);

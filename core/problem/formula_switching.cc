@@ -258,12 +258,13 @@ class Search {
   // The times in `range` where the monotone operand of switch `i` is zero, or a whole number.
   void FindCrossings(int i, Range range) {
     const bool increasing = enclosure_.decider(i).slope.lo > 0;
-    const Interval slope = enclosure_.decider(i).slope;
-    const double slowest = std::min(std::abs(slope.lo), std::abs(slope.hi));
+    // The operand is the same number for some time, and off by half of the step to the next one.
     const auto note = [&](double t) {
-      enclosure_at_end_.EvaluateAt(t);
-      work_ += static_cast<double>(enclosure_.computed().size());
-      uncertain_.push_back({t, enclosure_at_end_.decider_at_middle(i).width() / slowest});
+      const double at_switch = Decider(i, t);
+      double same = std::nextafter(t, end_) - t;
+      while (t + same < end_ && Decider(i, t + same) == at_switch) same *= 2;
+      for (int k = 0; k < 5 && Decider(i, t + 0.875 * same) != at_switch; ++k) same *= 0.875;
+      uncertain_.push_back({t, same / 2});
       crossings_.push_back(t);
     };
     if (!IsRounding(OperationOf(i))) return note(Crossing(i, range, 0, increasing));

@@ -27,7 +27,7 @@ struct FormulaSwitching {
   // Inside (begin, end) of the search, increasing. Between two of them every switch that depends on t alone is decided,
   // except at isolated times where its operand touches zero.
   std::vector<double> times = {};
-  // By how much each may be off, by the rounding of the operand and of the numbers in it: the switch of floor(t + 1e15)
+  // By how much each may be off, since the operand is the same number for so long: the switch of floor(t + 1e15)
   // is only seen to an eighth.
   std::vector<double> time_errors = {};
   // One entry more than `times`: for each smooth interval a time at which its switches are decided. NaN if they could
