@@ -447,6 +447,7 @@ class Search {
   }
 
   void Conclude() {
+    std::sort(crossings_.begin(), crossings_.end());
     std::vector<double> times = crossings_;
     std::vector<Range> wide;
     for (const auto& [i, range] : clusters_) {
@@ -457,7 +458,10 @@ class Search {
         narrow_.push_back(range);
       } else if (is_narrow) {
         times.push_back(CenterOf(range));
-        uncertain_.push_back({times.back(), (range.hi - range.lo) / 2});
+        // That around the jump of an operand is as wide as the search cuts it, and the jump is known better.
+        const auto jump = std::lower_bound(crossings_.begin(), crossings_.end(), range.lo);
+        const bool has_jump = jump != crossings_.end() && *jump <= range.hi;
+        if (!has_jump) uncertain_.push_back({times.back(), (range.hi - range.lo) / 2});
         narrow_.push_back(range);
       } else {
         times.push_back(range.lo);
