@@ -68,6 +68,12 @@ Vector SignsThatLast(const Eigen::VectorXcd& slowest, const Vector& sizes, const
   return otherwise;
 }
 
+// With which of the signs 1 and -1 `added` enlarges `errors`, both relative to `size`.
+double SignTowards(const Vector& errors, const Vector& added, const Vector& size) {
+  const Vector unit = size.cwiseMax(std::numeric_limits<double>::min());
+  return errors.cwiseQuotient(unit).dot(added.cwiseQuotient(unit)) < 0 ? -1 : 1;
+}
+
 // The tails of a step with the signs of the last coefficients.
 Vector TailWithSigns(const LegendreSeries& x, const Vector& tail) {
   return tail.binaryExpr(Vector(x.rightCols<1>()), [](double size, double last) { return std::copysign(size, last); });
@@ -158,8 +164,7 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
     } else if (e == kWithSigns) {
       const Vector& slope = overlooked.with_signs.slope;
       rows.col(e) = kOfMissed * step.row_missed + (mode.is_explicit() ? slope : Vector(mode.E * slope));
-      const Vector size = step.row_noise.cwiseMax(std::numeric_limits<double>::min());
-      if (rows.col(e).cwiseQuotient(size).dot(of_error.cwiseQuotient(size)) < 0) sign = -1;
+      sign = SignTowards(of_error, rows.col(e), step.row_noise);
       rows.col(e) *= sign;
     } else {
       // What an ulp of the data is stays the same. For the last sample it has the signs that add to it: a system with
@@ -180,13 +185,20 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
     errors_.row(i).setZero();
     slopes_.row(i).setZero();
   }
-  // Of a step that an event cuts, they are those of what may grow behind the event.
-  const double of_whole = s_end == 1 ? 1 : 0;
-  const Vector left = of_whole * ValueOf(step.left, at);
+  // What the refinement left is the rounding inside of the step, and a coefficient that is taken for rounding counts as
+  // rounding. Of a step that an event cuts both are those of what may grow behind the event.
+  const bool is_whole = s_end == 1;
+  Matrix left_inside = Matrix::Zero(rounding.size(), 1);
+  Vector inside = step.x_unsettled;
+  if (is_whole) {
+    left_inside = step.left.lazyProduct(LooksBefore(s_end));
+    inside += RowMaxAbs(left_inside) + step.x_hidden;
+    const Vector left = ValueOf(step.left, at);
+    for (Index e = 0; e < kSamples; ++e) {
+      errors_.col(e) += SignTowards(errors_.col(e), left, errors_.col(e).cwiseAbs()) * left;
+    }
+  }
   for (Index e = 0; e < kSamples; ++e) {
-    const Vector size = errors_.col(e).cwiseAbs().cwiseMax(std::numeric_limits<double>::min());
-    const bool is_against = errors_.col(e).cwiseQuotient(size).dot(left.cwiseQuotient(size)) < 0;
-    errors_.col(e) += (is_against ? -1 : 1) * left;
     errors_.col(e) +=
         SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
     AddTo(e, overlooked.rounding.x);
@@ -211,9 +223,6 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
   Matrix unexcused = errors_;
   Shrink(ValueOf(step.x, slope_at), shifts, unexcused);
   const Largest at_end = SizesOf(unexcused);
-  const Matrix left_inside = of_whole * step.left.lazyProduct(LooksBefore(s_end));
-  // A coefficient that is taken for rounding counts as rounding.
-  const Vector inside = RowMaxAbs(left_inside) + of_whole * step.x_hidden + step.x_unsettled;
   for (Index i = 0; i < rounding.size(); ++i) {
     const double own = step.x_error[i] + step.layer[i] - step.x_unsettled[i];
     x_.Raise(i, at_end.truncation[i] + own, at_end.with_signs[i] + own, at_end.rounding[i] + inside[i]);
@@ -239,6 +248,7 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
     double moved = mode.guard.state.row(guard).dot(errors_.col(e));
     if (mode.guard.slope.size() > 0) moved += mode.guard.slope.row(guard).dot(slopes_.col(e));
     const double own = e < kSamples ? kRoundingOfRow * step.guard.terms[guard] : part_of_tail * step.guard.tail[guard];
+    // If a guard neither falls nor turns, nothing is known of it.
     const double delay = DelayOf(moved + std::copysign(own, moved), speed, curvature);
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
   }

@@ -38,6 +38,8 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double asked, double tol
       output_(problem_, context.grid, context.options.keep_pieces),
       errors_(problem_),
       repelled_(problem_.num_constraints()),
+      relay_jumps_(problem_, context.selection, context.y_is_lipschitz()),
+      uncertain_times_(UncertainBreakPoints(problem_.f, problem_.horizon)),
       progress_(context),
       x_(problem_.x0),
       y_(Vector::Zero(problem_.num_constraints())),
@@ -49,8 +51,6 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double asked, double tol
     if (auto outputs = OutputEvaluator::Create(problem_); outputs.ok()) outputs_.emplace(*std::move(outputs));
   }
   magnitudes_.allowed_rounding = allowed_rounding;
-  uncertain_times_ = UncertainBreakPoints(problem_.f, problem_.horizon);
-  if (!context.y_is_lipschitz()) lcp_of_jumps_ = MakeLcpSolver(problem_.M, context.selection);
   if (context.options.keep_flow) flow_.emplace(problem_.num_states(), !context.y_is_lipschitz());
 }
 
@@ -419,9 +419,10 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   output_.AddSmooth(x_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
+  const ErrorGrowth::ByCause of_state = errors_.InGuards(*mode_);
   ErrorGrowth::OverlookedByCause overlooked =
-      OverlookedEvents(problem_, step_, errors_.InGuards(*mode_), s_end, end - t_, length_.ShortestMode(t_, mode_),
-                       t_ == mode_begin_, guard, repelled_, lcp_of_jumps_.get());
+      OverlookedEvents(problem_, step_, of_state, s_end, end - t_, length_.ShortestMode(t_, mode_), repelled_);
+  relay_jumps_.AddTo(step_, of_state, s_end, t_ == mode_begin_, guard, overlooked);
   // Where x was close to constraints that should not hold yet, its projection onto them is an error.
   const Vector moved = (errors_.Unexplained(x_start_ - x_) - magnitudes_.x_noise).cwiseMax(0);
   for (ErrorGrowth::Overlooked* of : {&overlooked.truncation, &overlooked.with_signs}) {

@@ -80,8 +80,8 @@ class EventDrivenLoop {
   EventOutput output_;
   ErrorGrowth errors_;
   RepelledStarts repelled_;
+  RelayJumps relay_jumps_;
   std::vector<UncertainTime> uncertain_times_;  // of jumps of f
-  std::unique_ptr<LcpSolver> lcp_of_jumps_;     // for M; null where y does not jump
   std::optional<FlowDerivative> flow_;
   std::optional<OutputEvaluator> outputs_;
   Progress progress_;

@@ -42,6 +42,31 @@ bool IsClearlyPositive(const LegendreVector& series, double shift) {
 
 bool HasNegative(const LegendreVector& b) { return !(b.minCoeff() >= 0); }
 
+// Pieces of [-1, end] on which series + shift may be negative are not searched further if they are shorter.
+constexpr double kShortestPiece = 1e-12;
+
+// Calls settle(piece) for [-1, end], and as long as it returns false for both halves of the piece, the left one first.
+// Not at all where no coefficient is negative.
+template <typename Settle>
+void ForPieces(const LegendreVector& series, double shift, double end, const Settle& settle) {
+  if (IsClearlyPositive(series, shift)) return;
+  Piece piece{-1, 1, GetLegendreBasis().to_bernstein.transpose() * series};
+  piece.b.array() += shift;
+  if (!HasNegative(piece.b)) return;
+  if (end < 1) CutAt(end, piece);
+  // Depth first: `pieces` holds the right halves still to be searched, the nearest last.
+  std::array<Piece, 64> pieces;
+  std::size_t waiting = 0;
+  while (true) {
+    if (!settle(piece)) {
+      pieces[waiting++] = CutInHalf(piece);
+      continue;
+    }
+    if (waiting == 0) return;
+    piece = pieces[--waiting];
+  }
+}
+
 // The crossing in a piece that starts at or above zero and whose coefficients change sign once: a simple
 // root.
 bool ChangesSignOnce(const LegendreVector& b) {
@@ -97,62 +122,36 @@ std::optional<double> FirstCrossing(const LegendreVector& series, double shift, 
 
 Dip DipBelowZero(const LegendreVector& series, double shift, double end) {
   constexpr double kAccuracy = 0.1;
-  constexpr double kShortest = 1e-12;
   Dip dip;
-  if (IsClearlyPositive(series, shift)) return dip;
-  Piece piece{-1, 1, GetLegendreBasis().to_bernstein.transpose() * series};
-  piece.b.array() += shift;
-  if (!HasNegative(piece.b)) return dip;
-  if (end < 1) CutAt(end, piece);
   double area = 0;
-  // Depth first: `pieces` holds the right halves still to be searched, the nearest last.
-  std::array<Piece, 64> pieces;
-  std::size_t waiting = 0;
-  while (true) {
+  ForPieces(series, shift, end, [&](const Piece& piece) {
     const double length = piece.end - piece.begin;
     const double lowest = piece.b.minCoeff();
     dip.depth = NanMax(dip.depth, -std::min(piece.b[0], piece.b[kLegendreDegree]));
-    if (lowest < 0) {
-      const bool is_below = piece.b.maxCoeff() <= 0;
-      const bool is_known =
-          -lowest <= (1 + kAccuracy) * dip.depth && (is_below || -lowest * length <= kAccuracy * area);
-      if (!is_known && length > kShortest) {
-        pieces[waiting++] = CutInHalf(piece);
-        continue;
-      }
-      // The mean of a polynomial is that of its Bernstein coefficients.
-      area += length * (is_below ? -piece.b.mean() : -lowest / 2);
-    }
-    if (waiting == 0) break;
-    piece = pieces[--waiting];
-  }
+    if (!(lowest < 0)) return true;
+    const bool is_below = piece.b.maxCoeff() <= 0;
+    const bool is_known = -lowest <= (1 + kAccuracy) * dip.depth && (is_below || -lowest * length <= kAccuracy * area);
+    if (!is_known && length > kShortestPiece) return false;
+    // The mean of a polynomial is that of its Bernstein coefficients.
+    area += length * (is_below ? -piece.b.mean() : -lowest / 2);
+    return true;
+  });
   dip.mean = area / (end + 1);
   return dip;
 }
 
 double PartBelowZero(const LegendreVector& series, double shift, double end) {
   constexpr double kAccuracy = 0.1;
-  constexpr double kShortest = 1e-12;
-  if (IsClearlyPositive(series, shift)) return 0;
-  Piece piece{-1, 1, GetLegendreBasis().to_bernstein.transpose() * series};
-  piece.b.array() += shift;
-  if (end < 1) CutAt(end, piece);
   double below = 0;
-  std::array<Piece, 64> pieces;
-  std::size_t waiting = 0;
-  while (true) {
+  ForPieces(series, shift, end, [&](const Piece& piece) {
+    if (!HasNegative(piece.b)) return true;
     const double length = piece.end - piece.begin;
-    if (HasNegative(piece.b)) {
-      const bool is_below = piece.b.maxCoeff() <= 0;
-      if (!is_below && length > std::max(kShortest, kAccuracy * below)) {
-        pieces[waiting++] = CutInHalf(piece);
-        continue;
-      }
-      below += is_below ? length : length / 2;
-    }
-    if (waiting == 0) return below / (end + 1);
-    piece = pieces[--waiting];
-  }
+    const bool is_below = piece.b.maxCoeff() <= 0;
+    if (!is_below && length > std::max(kShortestPiece, kAccuracy * below)) return false;
+    below += is_below ? length : length / 2;
+    return true;
+  });
+  return below / (end + 1);
 }
 
 std::optional<Minimum> LowestMinimum(const LegendreVector& series, double end) {

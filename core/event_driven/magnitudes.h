@@ -27,6 +27,9 @@ struct DataSizes {
 // `sampler` is evaluated at 17 times.
 DataSizes SizesOfData(const Problem& problem, bool y_is_lipschitz, SourceSampler& sampler);
 
+// The noise of states and guards is a bound, of which so much is mostly there.
+inline constexpr double kOfNoise = 1.0 / 16;
+
 // The sizes that errors are compared with: the largest values of each component so far. Components have units
 // of their own.
 struct Magnitudes {

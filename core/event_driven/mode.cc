@@ -378,7 +378,6 @@ LinearOutput Multipliers::Substitute(const Matrix& of_states, const Matrix& of_s
 
 void Multipliers::Refine(const std::vector<Index>& S, const LegendreSeries& x, const LegendreSeries& x_slope,
                          const LegendreSeries& f, const LegendreSeries& g, LegendreSeries& y) const {
-  if (!inverse.inverse.is_refined()) return;
   LegendreSeries residual(of_y.rows(), kLegendreSize);
   for (Index p = 0; p < residual.rows(); ++p) {
     for (Index k = 0; k < kLegendreSize; ++k) {
@@ -393,7 +392,7 @@ void Multipliers::Refine(const std::vector<Index>& S, const LegendreSeries& x, c
       residual(p, k) = sum.Rounded();
     }
   }
-  y(S, Eigen::all) -= inverse.Value() * residual;
+  y(S, Eigen::all) -= inverse.Solve(residual);
 }
 
 ModeMaker::ModeMaker(const Problem& problem)
@@ -425,7 +424,7 @@ std::unique_ptr<Mode> ModeMaker::MakeEquations(std::vector<Index> active, const 
   mode.active = std::move(active);
   const std::vector<Index>& S = mode.active;
   const Index m = problem_.num_states(), n = problem_.num_constraints();
-  std::optional<Multipliers>& multipliers = mode.multipliers;
+  std::optional<Multipliers> multipliers;
   if (S.empty()) {
     multipliers = SubstituteMultipliers(problem_, mode);
   } else {
@@ -445,6 +444,7 @@ std::unique_ptr<Mode> ModeMaker::MakeEquations(std::vector<Index> active, const 
     mode.outputs = multipliers->Substitute(given.C.Dense().topRows(p), Matrix::Zero(p, n), mode.outputs_of_y);
   }
   if (mode.is_explicit()) mode.dynamics = mode.F;
+  if (multipliers->inverse.inverse.is_refined()) mode.refinement = std::move(multipliers);
   return result;
 }
 

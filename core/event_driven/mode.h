@@ -32,6 +32,10 @@ struct ScaledInverse {
   Vector row, column;
 
   Matrix Value() const { return column.asDiagonal() * inverse.value() * row.asDiagonal(); }
+  // matrix⁻¹ · rows.
+  Matrix Solve(const Matrix& rows) const {
+    return column.asDiagonal() * Matrix(inverse.value() * (row.asDiagonal() * rows));
+  }
   // rows · matrix⁻¹, and RefinedInverse::TermsOfQuotient().
   Matrix Quotient(const Matrix& rows) const;
   Matrix TermsOfQuotient(const Matrix& rows, const Matrix& quotient) const;
@@ -46,8 +50,7 @@ struct Multipliers {
   // of_states x + of_sources g + of_multipliers y_S, with factors that have no more than the rounding of their terms.
   LinearOutput Substitute(const Matrix& of_states, const Matrix& of_sources, const Matrix& of_multipliers) const;
   // Corrects rows S of y by the residual of these equations in twice the digits: then differences of y_S have the
-  // digits that x and sources determine, and w_S is zero to the rounding of its terms. Does nothing where the inverse
-  // is well conditioned.
+  // digits that x and sources determine, and w_S is zero to the rounding of its terms.
   void Refine(const std::vector<Index>& S, const LegendreSeries& x, const LegendreSeries& x_slope,
               const LegendreSeries& f, const LegendreSeries& g, LegendreSeries& y) const;
 };
@@ -70,7 +73,7 @@ struct Multipliers {
 struct Mode {
   std::vector<Index> active;  // S, increasing
   LinearOutput y;             // n rows, zero outside S
-  std::optional<Multipliers> multipliers;
+  std::optional<Multipliers> refinement;  // of y; absent where their equations are well conditioned
   LinearOutput guard;         // n rows: y_i for i in S, w_i otherwise; the mode ends where one becomes negative
   LinearOutput outputs;       // the outputs that are not hidden, without their sources
   Matrix outputs_of_y;        // the factors of y_S in them: who has the trajectory computes them with a rounded y

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/event_driven/first_crossing.h"
+#include "core/lcp/lcp.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/schur_form.h"
@@ -34,8 +35,33 @@ double ValueAtBegin(const SmoothStep& step, Index guard) {
 
 struct DipsByCause {
   Dip truncation, rounding;
-  double truncation_part = 0, rounding_part = 0;  // of the step, near zero
 };
+
+// The part of a guard that is below zero but above its level, or that may be: where the guard comes nearer to zero than
+// its error, an event may have been missed. What is no deeper than rounding is rounding, the rest truncation.
+DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double s_end) {
+  constexpr double kMostNoise = 4;  // of which a guard has at most so many times as much
+  const LegendreVector series = step.guard.values.row(guard).transpose();
+  const double noise = step.guard.noise[guard];
+  const Dip dip = DipBelowZero(series, kOfNoise * noise, s_end);
+  const auto near_zero = [&](double error) {
+    Dip may_be = dip;
+    if (!(error > noise)) return may_be;
+    const auto minimum = LowestMinimum(series, s_end);
+    if (!minimum || minimum->value >= error) return may_be;
+    const double depth = error - std::max(minimum->value, 0.0);
+    const double half_width = std::min(1.0, std::sqrt(2 * depth / minimum->curvature));
+    may_be.depth = NanMax(may_be.depth, depth);
+    may_be.mean = NanMax(may_be.mean, 4.0 / 3 * depth * half_width / (1 + s_end));  // of a parabola
+    return may_be;
+  };
+  const double rounding = of_state.rounding[guard];
+  const Dip both = near_zero(step.guard.truncation[guard] + rounding + of_state.truncation[guard]);
+  Dip of_rounding = near_zero(rounding);
+  const double most = std::max(rounding, kMostNoise * noise);
+  if (of_rounding.depth > most) of_rounding = {most, of_rounding.mean * most / of_rounding.depth};
+  return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding};
+}
 
 // The ends of a step that are events of a guard.
 struct GuardEvents {
@@ -52,37 +78,6 @@ double PartNearZero(const LegendreVector& series, double distance, double s_end,
   if (events.at_begin) part -= (FirstCrossing(-series, distance).value_or(1) + 1) / (1 + s_end);
   if (events.at_end) part -= std::max(0.0, s_end + FirstCrossing(backwards, distance).value_or(1)) / (1 + s_end);
   return std::max(0.0, part);
-}
-
-// The part of a guard that is below zero but above its level, or that may be: where the guard comes nearer to zero than
-// its error, an event may have been missed. What is no deeper than rounding is rounding, the rest truncation.
-DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double s_end,
-                      GuardEvents ends) {
-  constexpr double kOfNoise = 1.0 / 16;  // which is a bound
-  constexpr double kMostNoise = 4;       // of which a guard has at most so many times as much
-  const LegendreVector series = step.guard.values.row(guard).transpose();
-  const double noise = step.guard.noise[guard];
-  const Dip dip = DipBelowZero(series, kOfNoise * noise, s_end);
-  const auto near_zero = [&](double error) {
-    Dip may_be = dip;
-    if (!(error > noise)) return may_be;
-    const auto minimum = LowestMinimum(series, s_end);
-    if (!minimum || minimum->value >= error) return may_be;
-    const double depth = error - std::max(minimum->value, 0.0);
-    const double half_width = std::min(1.0, std::sqrt(2 * depth / minimum->curvature));
-    may_be.depth = NanMax(may_be.depth, depth);
-    may_be.mean = NanMax(may_be.mean, 4.0 / 3 * depth * half_width / (1 + s_end));  // of a parabola
-    return may_be;
-  };
-  const double rounding = of_state.rounding[guard];
-  const double error = step.guard.truncation[guard] + rounding + of_state.truncation[guard];
-  const Dip both = near_zero(error);
-  Dip of_rounding = near_zero(rounding);
-  const double most = std::max(rounding, kMostNoise * noise);
-  if (of_rounding.depth > most) of_rounding = {most, of_rounding.mean * most / of_rounding.depth};
-  const double part = PartNearZero(series, error, s_end, ends);
-  const double of_noise = PartNearZero(series, std::min(error, rounding + kOfNoise * noise), s_end, ends);
-  return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding, part - of_noise, of_noise};
 }
 
 // By how much y jumps where the guard falls through zero: the solution of the LCP for the y and w of the step where the
@@ -102,7 +97,7 @@ Vector JumpAcross(const Problem& problem, LcpSolver& lcp, const SmoothStep& step
     w[i] = 0;
     basis[static_cast<std::size_t>(i)] = 1;
   }
-  (y[guard] != 0 || basis[static_cast<std::size_t>(guard)] ? y : w)[guard] = -error;
+  (basis[static_cast<std::size_t>(guard)] ? y : w)[guard] = -error;
   Vector after(y.size());
   const LcpStatus status = lcp.Solve(w - problem.M * y, Vector::Zero(y.size()), basis, after);
   return status == LcpStatus::kSolved ? Vector(after - y) : Vector::Zero(y.size());
@@ -216,10 +211,38 @@ double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, 
   return std::max(0.0, -std::exchange(start, {}).p);
 }
 
+RelayJumps::RelayJumps(const Problem& problem, Selection selection, bool y_is_lipschitz)
+    : problem_(problem), selection_(selection) {
+  if (y_is_lipschitz) return;
+  const Matrix &B = problem.B.Dense(), &N = problem.N.Dense(), &M = problem.M.Dense();
+  for (Index i = 0; i < problem.num_constraints(); ++i) {
+    if (M(i, i) == 0 && N.row(i).dot(B.col(i)) == 0) pairs_.push_back(i);
+  }
+}
+
+void RelayJumps::AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_state, double s_end, bool begins_mode,
+                       std::optional<Index> ends_mode, ErrorGrowth::OverlookedByCause& overlooked) {
+  if (!step.stepper->mode().is_explicit()) return;
+  for (const Index i : pairs_) {
+    const LegendreVector guard = step.guard.values.row(i).transpose();
+    const GuardEvents events{begins_mode, i == ends_mode};
+    const double noise = step.guard.noise[i], rounding = of_state.rounding[i];
+    const double truncation = step.guard.truncation[i] + of_state.truncation[i];
+    const double both = PartNearZero(guard, rounding + truncation, s_end, events);
+    const double of_rounding = PartNearZero(guard, rounding + std::min(truncation, kOfNoise * noise), s_end, events);
+    if (both == 0) continue;
+    const double of_truncation = std::max(0.0, both - of_rounding);
+    if (!lcp_) lcp_ = MakeLcpSolver(problem_.M, selection_);
+    const Vector jump = problem_.B * JumpAcross(problem_, *lcp_, step, i, noise + truncation, s_end);
+    overlooked.rounding.slope += of_rounding * jump.cwiseAbs();
+    overlooked.truncation.slope += of_truncation * jump.cwiseAbs();
+    overlooked.with_signs.slope += of_truncation * jump;
+  }
+}
+
 ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
                                                 const ErrorGrowth::ByCause& of_state, double s_end, double duration,
-                                                double shortest, bool begins_mode, std::optional<Index> ends_mode,
-                                                RepelledStarts& repelled, LcpSolver* lcp) {
+                                                double shortest, RepelledStarts& repelled) {
   const Matrix &B = problem.B.Dense(), &N = problem.N.Dense(), &M = problem.M.Dense();
   const Mode& mode = step.stepper->mode();
   const Vector no_state = Vector::Zero(problem.num_states());
@@ -252,17 +275,8 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
       overlooked.truncation.x += repelled_by;
       overlooked.with_signs.x += repelled_by;
     }
-    const DipsByCause dips = MissedDip(step, i, of_state, s_end, {begins_mode, i == ends_mode});
+    const DipsByCause dips = MissedDip(step, i, of_state, s_end);
     const Vector of_y = B.col(i);
-    // y_i that moves w_i neither at once nor through x, as those of a relay: other y jump for it.
-    const bool acts_on_others = mode.is_explicit() && M(i, i) == 0 && N.row(i).dot(of_y) == 0;
-    if (lcp && acts_on_others && dips.rounding_part + dips.truncation_part > 0) {
-      const double error = step.guard.noise[i] + step.guard.truncation[i] + of_state.truncation[i];
-      const Vector jump = B * JumpAcross(problem, *lcp, step, i, error, s_end);
-      overlooked.rounding.slope += dips.rounding_part * jump.cwiseAbs();
-      overlooked.truncation.slope += dips.truncation_part * jump.cwiseAbs();
-      overlooked.with_signs.slope += dips.truncation_part * jump;
-    }
     add(i, is_active, dips.rounding, of_y.cwiseAbs(), overlooked.rounding);
     add(i, is_active, dips.truncation, of_y.cwiseAbs(), overlooked.truncation);
     add(i, is_active, dips.truncation, of_y, overlooked.with_signs);

@@ -21,8 +21,6 @@ constexpr int kRatio = 6;  // 2^6
 constexpr double kSearchTolerance = 2e-15;
 // The rounding of the numbers that w_i is summed from at the begin, where x is exact.
 constexpr double kDataRounding = 8 * std::numeric_limits<double>::epsilon();
-// The noise of a state is a bound.
-constexpr double kOfNoise = 1.0 / 16;
 // A step below this part of t would hardly be one: t + h is rounded.
 constexpr double kMinOfTime = 1e-14;
 // Modes are kept until there are so many, and then all forgotten.

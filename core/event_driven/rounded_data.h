@@ -17,6 +17,10 @@ namespace dlcs {
 // comparison of different steps does not show that.
 Problem WithRoundedData(const Problem& problem, double ulps, bool changes_M, unsigned seed = 0);
 
+// x' = (1 + `ulps` ulps) (A x + B y + f). The effect of rounding, all of one sign so that none of it cancels: other
+// than by separate ulps in every entry the constraints N x + g + M y of an ideal circuit keep their structure.
+Problem WithFasterRates(const Problem& problem, double ulps);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_EVENT_DRIVEN_ROUNDED_DATA_H_

@@ -272,8 +272,10 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   step.layer = 2 * solution.layer.cwiseAbs();
   step.y = Output(mode.y, solution, sources);
   step.guard.values = Output(mode.guard, solution, sources);
-  mode.multipliers->Refine(mode.active, solution.x, solution.slope, sources.f, sources.g, step.y);
-  step.guard.values(mode.active, Eigen::all) = step.y(mode.active, Eigen::all);
+  if (mode.refinement) {
+    mode.refinement->Refine(mode.active, solution.x, solution.slope, sources.f, sources.g, step.y);
+    step.guard.values(mode.active, Eigen::all) = step.y(mode.active, Eigen::all);
+  }
   if (mode.outputs.state.rows() > 0) step.outputs.values = Output(mode.outputs, solution, sources);
   step.x = std::move(solution.x);
 

@@ -10,6 +10,7 @@
 #include "core/discretization/grid.h"
 #include "core/discretization/legendre.h"
 #include "core/driver/step_control.h"
+#include "core/event_driven/rounded_data.h"
 
 namespace dlcs {
 namespace {
@@ -83,26 +84,6 @@ void RaiseSizes(const Vector& largest, PeriodSolve& solve) {
   }
 }
 
-void Scale(double factor, StructuredMatrix& matrix) {
-  if (matrix.is_dense()) {
-    matrix.MutableDense() *= factor;
-  } else if (matrix.sparse() != nullptr) {
-    matrix = SparseMatrix(*matrix.sparse() * factor);
-  }
-}
-
-// x' = (1 + some ulps) (A x + B y + f). The effect of rounding, all of one sign so that none of it cancels: other than
-// by separate ulps in every entry the constraints N x + g + M y of an ideal circuit keep their structure.
-Problem WithFasterRates(const Problem& problem) {
-  constexpr double kFaster = 1 + kRoundedUlps * std::numeric_limits<double>::epsilon();
-  Problem faster = problem;
-  Scale(kFaster, faster.A);
-  Scale(kFaster, faster.B);
-  if (!faster.f.is_lifted()) faster.f.lift = Matrix(Matrix::Identity(problem.num_states(), problem.num_states()));
-  Scale(kFaster, faster.f.lift);
-  return faster;
-}
-
 }  // namespace
 
 bool PeriodSolve::IsOnBranch(const Vector& y) const {
@@ -174,7 +155,7 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, const Vector& 
 
 absl::StatusOr<PeriodSolve> PeriodMap::SolveOtherwise(const PeriodSolve& solve, const Vector& start, double tolerance) {
   const Problem exact = problem_;
-  problem_ = WithFasterRates(exact);
+  problem_ = WithFasterRates(exact, kRoundedUlps);
   auto other = Solve(start, solve.y_end, solve.period, 2 * tolerance, /*as_asked=*/false);
   problem_ = exact;
   return other;

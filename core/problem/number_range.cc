@@ -123,7 +123,7 @@ bool HasOperator(const Problem& problem) {
   return false;
 }
 
-// `value`, a sum of products of finite numbers with the sizes `sizes`: the first that overflows, as a sentence.
+// `sizes`: those of the terms of sums of products of finite numbers. The first that overflows, as a sentence.
 std::string FirstOverflow(const char* product, const Vector& sizes, double t) {
   for (Index i = 0; i < sizes.size(); ++i) {
     if (std::isfinite(sizes[i])) continue;

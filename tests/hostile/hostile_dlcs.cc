@@ -9,9 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <string>
@@ -28,13 +25,8 @@ constexpr double kSlow = 5;  // seconds
 constexpr std::array kMethods = {Method::kEventDriven, Method::kExponentialIntegrator, Method::kLaplaceIteration,
                                  Method::kWuChenIteration, Method::kTimeStepping};
 
-struct Arguments {
-  SeedRange seeds = {0, 100};
-  std::vector<Asked> asked = ReadAsked("1e-4,1e-7,1e-10,default");
+struct Arguments : TrialArguments {
   Method method = Method::kAuto;
-  std::string failures;  // folder for the problems that fail
-  double seconds = 10;
-  bool verbose = false;
   bool lists_traits = false;
 };
 
@@ -53,38 +45,13 @@ int Usage() {
 }
 
 bool Parse(int count, char** texts, Arguments& arguments) {
-  for (int k = 1; k < count; ++k) {
-    const std::string name = texts[k];
-    if (name == "--verbose") {
-      arguments.verbose = true;
-      continue;
-    }
-    if (name == "--traits") {
-      arguments.lists_traits = true;
-      continue;
-    }
-    if (++k >= count) return false;
-    const std::string value = texts[k];
-    if (name == "--seeds") {
-      const std::optional<SeedRange> seeds = ReadSeeds(value);
-      if (!seeds) return false;
-      arguments.seeds = *seeds;
-    } else if (name == "--tolerance") {
-      arguments.asked = ReadAsked(value);
-    } else if (name == "--method") {
-      const auto method =
-          std::find_if(kMethods.begin(), kMethods.end(), [&](Method m) { return value == MethodName(m); });
-      if (method == kMethods.end()) return false;
-      arguments.method = *method;
-    } else if (name == "--failures") {
-      arguments.failures = value;
-    } else if (name == "--seconds") {
-      arguments.seconds = std::strtod(value.c_str(), nullptr);
-    } else {
-      return false;
-    }
-  }
-  return true;
+  const auto read_method = [&](const std::string& value) {
+    const auto method =
+        std::find_if(kMethods.begin(), kMethods.end(), [&](Method m) { return value == MethodName(m); });
+    if (method != kMethods.end()) arguments.method = *method;
+    return method != kMethods.end();
+  };
+  return ReadArguments(count, texts, {{{"--traits", &arguments.lists_traits}}, {{"--method", read_method}}}, arguments);
 }
 
 struct Tally {
@@ -164,19 +131,11 @@ int Main(int count, char** texts) {
       const bool failed =
           trial.judgment == Judgment::kWrong || trial.judgment == Judgment::kRefused || trial.seconds > kSlow;
       if (failed || arguments.verbose) Print(seed, system, asked, trial);
-      if (failed && !arguments.failures.empty()) {
-        std::ofstream(arguments.failures + "/" + std::to_string(seed) + ".json") << ToJson(system);
-      }
+      if (failed) WriteFailure(arguments, seed, system);
       std::fflush(stdout);
     }
   }
-  std::printf("%llu systems\n", static_cast<unsigned long long>(arguments.seeds.end - arguments.seeds.begin));
-  bool wrong = false;
-  for (size_t k = 0; k < tallies.size(); ++k) {
-    PrintTally(arguments.asked[k], tallies[k]);
-    wrong = wrong || !tallies[k].wrong.empty();
-  }
-  return wrong ? 1 : 0;
+  return Conclude(arguments, tallies, PrintTally);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <sstream>
 
 namespace dlcs::hostile {
@@ -34,6 +35,43 @@ std::string Text(const Asked& asked) {
   char text[20];
   std::snprintf(text, sizeof text, "%g", asked.tolerance);
   return text;
+}
+
+bool ReadArguments(int count, char** texts, const MoreOptions& more, TrialArguments& arguments) {
+  MoreOptions all = more;
+  all.flags["--verbose"] = &arguments.verbose;
+  all.values["--seeds"] = [&](const std::string& value) {
+    const std::optional<SeedRange> seeds = ReadSeeds(value);
+    arguments.seeds = seeds.value_or(arguments.seeds);
+    return seeds.has_value();
+  };
+  all.values["--tolerance"] = [&](const std::string& value) {
+    arguments.asked = ReadAsked(value);
+    return true;
+  };
+  all.values["--failures"] = [&](const std::string& value) {
+    arguments.failures = value;
+    return true;
+  };
+  all.values["--seconds"] = [&](const std::string& value) {
+    arguments.seconds = std::strtod(value.c_str(), nullptr);
+    return true;
+  };
+  for (int k = 1; k < count; ++k) {
+    const std::string name = texts[k];
+    if (const auto flag = all.flags.find(name); flag != all.flags.end()) {
+      *flag->second = true;
+      continue;
+    }
+    const auto option = all.values.find(name);
+    if (option == all.values.end() || ++k >= count || !option->second(texts[k])) return false;
+  }
+  return true;
+}
+
+void WriteFailure(const TrialArguments& arguments, uint64_t seed, const System& system) {
+  if (arguments.failures.empty()) return;
+  std::ofstream(arguments.failures + "/" + std::to_string(seed) + ".json") << ToJson(system);
 }
 
 void PrintSeeds(const char* what, const std::vector<uint64_t>& seeds) {

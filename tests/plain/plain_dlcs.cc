@@ -7,8 +7,6 @@
 // answer was wrong.
 
 #include <cstdio>
-#include <cstdlib>
-#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
@@ -22,14 +20,6 @@ namespace {
 using hostile::Asked;
 using hostile::Judgment;
 
-struct PlainArguments {
-  hostile::SeedRange seeds = {0, 100};
-  std::vector<Asked> asked = hostile::ReadAsked("1e-4,1e-7,1e-10,default");
-  std::string failures;  // folder for the problems that fail
-  double seconds = 10;
-  bool verbose = false;
-};
-
 int PlainUsage() {
   std::fprintf(stderr,
                "usage: plain_dlcs [--seeds A:B] [--tolerance T,...,default] [--failures FOLDER] [--seconds S] "
@@ -40,32 +30,6 @@ int PlainUsage() {
                "  --seconds S         stop a solve after so long (10)\n"
                "  --verbose           a line for every trial\n");
   return 2;
-}
-
-bool ParsePlain(int count, char** texts, PlainArguments& arguments) {
-  for (int k = 1; k < count; ++k) {
-    const std::string name = texts[k];
-    if (name == "--verbose") {
-      arguments.verbose = true;
-      continue;
-    }
-    if (++k >= count) return false;
-    const std::string value = texts[k];
-    if (name == "--seeds") {
-      const auto seeds = hostile::ReadSeeds(value);
-      if (!seeds) return false;
-      arguments.seeds = *seeds;
-    } else if (name == "--tolerance") {
-      arguments.asked = hostile::ReadAsked(value);
-    } else if (name == "--failures") {
-      arguments.failures = value;
-    } else if (name == "--seconds") {
-      arguments.seconds = std::strtod(value.c_str(), nullptr);
-    } else {
-      return false;
-    }
-  }
-  return true;
 }
 
 using CountOf = std::map<Judgment, int>;
@@ -113,8 +77,8 @@ void PrintTally(const Asked& asked, const PlainTally& tally) {
 }
 
 int PlainMain(int count, char** texts) {
-  PlainArguments arguments;
-  if (!ParsePlain(count, texts, arguments)) return PlainUsage();
+  hostile::TrialArguments arguments;
+  if (!hostile::ReadArguments(count, texts, {}, arguments)) return PlainUsage();
   std::vector<PlainTally> tallies(arguments.asked.size());
   for (uint64_t seed = arguments.seeds.begin; seed < arguments.seeds.end; ++seed) {
     const PlainSystem plain = MakePlainSystem(seed);
@@ -131,19 +95,11 @@ int PlainMain(int count, char** texts) {
       if (is_wrong) tally.wrong.push_back(seed);
       if (is_refused) tally.refused.push_back(seed);
       if (is_wrong || is_refused || arguments.verbose) PrintTrial(seed, plain, asked, trial);
-      if ((is_wrong || is_refused) && !arguments.failures.empty()) {
-        std::ofstream(arguments.failures + "/" + std::to_string(seed) + ".json") << ToJson(plain.system);
-      }
+      if (is_wrong || is_refused) hostile::WriteFailure(arguments, seed, plain.system);
       std::fflush(stdout);
     }
   }
-  std::printf("%llu systems\n", static_cast<unsigned long long>(arguments.seeds.end - arguments.seeds.begin));
-  bool has_wrong = false;
-  for (size_t k = 0; k < tallies.size(); ++k) {
-    PrintTally(arguments.asked[k], tallies[k]);
-    has_wrong = has_wrong || !tallies[k].wrong.empty();
-  }
-  return has_wrong ? 1 : 0;
+  return hostile::Conclude(arguments, tallies, PrintTally);
 }
 
 }  // namespace
