@@ -343,8 +343,7 @@ ErrorGrowth::Largest ErrorGrowth::InRows(const LinearOutput& output, const StepR
 TrajectoryErrors ErrorGrowth::Errors(const Magnitudes& sizes) const {
   // Errors beyond the range of doubles have no difference.
   const auto bounded = [](const Vector& errors) {
-    constexpr double kInfinite = std::numeric_limits<double>::infinity();
-    return Vector(errors.array().isNaN().select(kInfinite, errors));
+    return Vector(errors.array().isNaN().select(std::numeric_limits<double>::infinity(), errors));
   };
   const auto by_cause = [&](const Vector& own, const Largest& errors) {
     // What is stored is rounded.
