@@ -66,6 +66,8 @@ struct SolveContext {
 
   // time_stepping: in two stages of second order (core/discretization/sparse_step.h) instead of what the options say.
   bool two_stages = false;
+  // wu_chen_iteration: all of A by φ-functions, none of it by contours.
+  bool without_contours = false;
   Checkpointing checkpointing = {};
 
   // With options.keep_flow: of the last jump of the state, the derivative of the state after it by that before.

@@ -73,6 +73,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .largest_slope = task.plan.largest_slope,
                        .error_by_default = task.error_by_default,
                        .two_stages = task.plan.method.two_stages,
+                       .without_contours = task.plan.method.without_contours,
                        .checkpointing = Checkpointing(resume, task.leaves_checkpoints),
                        .impulsive_rows = task.plan.method.impulsive_rows};
   if (!task.problem.outputs.limits.empty()) {

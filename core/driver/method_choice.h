@@ -23,6 +23,9 @@ struct MethodChoice {
   // time_stepping with two stages of second order, where the engine chose sparse steps
   // (core/discretization/sparse_step.h).
   bool two_stages = false;
+  // wu_chen_iteration: φ-functions integrate all of A, and contours none of it. The same iteration without the error of
+  // its contours, which is known from the difference.
+  bool without_contours = false;
   // Constraints of relative degree two and more, if others have degree one or zero
   // (core/matrix_classes/relative_degree.h) and y is not a function of x. The solution is valid as long as they do not
   // become active.

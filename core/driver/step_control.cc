@@ -203,6 +203,7 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, 
     steps_so_far += grid.num_steps();
     const bool solved = fine->termination == Termination::kReachedEnd;
     result.solution = *std::move(fine);
+    result.grid = grid;
     if (!solved) {
       const Termination termination = result.solution.termination;
       const bool diverges = control.whole_horizon &&

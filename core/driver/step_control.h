@@ -93,6 +93,7 @@ struct TrialSolves {
 
 struct ControlledSolution {
   Solution solution;     // of the finest trial; the errors of its accuracy are set
+  Grid grid = {};        // of the finest trial
   double order = 1;      // the observed one
   bool converges = false;  // the solves have shown so; otherwise no tolerance can be reached
   bool reached = false;    // truncation is as small as the tolerances require (ExcessOfTruncation())

@@ -235,7 +235,7 @@ SpectrumSplit SplitForContour(const SolveContext& context) {
   const double widest = WidestSector(context.options);
   const double enclosed = Enclosed(context);
   return SplitSpectrum(context.problem.A, [&](std::complex<double> lambda) {
-    return std::abs(lambda) > enclosed && !(std::abs(std::arg(-lambda)) < widest);
+    return context.without_contours || (std::abs(lambda) > enclosed && !(std::abs(std::arg(-lambda)) < widest));
   });
 }
 

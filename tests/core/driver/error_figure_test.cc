@@ -104,6 +104,52 @@ TEST(ErrorFigureTest, OfFixedStepsIsSeldomBelowAThird) {
   }
 }
 
+// A = -S S' with rates up to 1e4, M positive definite, and g with a jump at a break point: the
+// contour for a time t serves sources of every age, also at times before the last piece.
+Problem SectorialWithPieces(LcpGenerator& random) {
+  const Index m = random.Integer(2, 4), n = random.Integer(1, 2);
+  const Matrix G = random.Gaussian(m, m);
+  Problem problem;
+  problem.A = Matrix(-std::pow(10, random.Uniform(0, 4)) * G * G.transpose());
+  problem.B = random.Gaussian(m, n);
+  problem.N = random.Gaussian(n, m);
+  problem.M = random.PositiveDefinite(n);
+  problem.horizon = random.Uniform(1, 5);
+  problem.x0 = Vector::Zero(m);
+  problem.f = TimeFunction::Zero(m);
+  const Vector before = random.GaussianVector(n), after = random.GaussianVector(n);
+  problem.g = {.pieces = {{.start = 0, .function = ConstantFunction{before}},
+                          {.start = problem.horizon * random.Uniform(0.2, 0.6), .function = ConstantFunction{after}}}};
+  return problem;
+}
+
+// The error of the contours is alike on all grids.
+TEST(ErrorFigureTest, OfContoursIsNeverBelowAThird) {
+  LcpGenerator random(Seed() + 2);
+  Ratios ratios;
+  for (int trial = 0; trial < 40; ++trial) {
+    const Problem problem = SectorialWithPieces(random);
+    Options options;
+    options.method = Method::kWuChenIteration;
+    options.num_steps = random.Integer(50, 200);
+    options.num_contour_nodes = random.Integer(12, 30);
+    if (trial % 20 == 0) {
+      options.num_steps = 0;
+      options.error_tolerance = 1e-2;
+    }
+    const Solution solution = SolveBy(problem, options);
+    if (solution.termination != Termination::kReachedEnd) continue;  // it diverges where L T is large
+    const Solution exact = SecondOpinionOf(problem, solution);
+    if (exact.termination != Termination::kReachedEnd) continue;
+    const double error = TrueError(solution, exact, YCounts(solution));
+    ratios.Add(solution.accuracy.error, error);
+    EXPECT_GE(ratios.values.back(), 1.0 / 3)
+        << "trial " << trial << ": " << solution.accuracy.error << " for " << error;
+  }
+  EXPECT_GT(ratios.values.size(), 20U);
+  EXPECT_LE(ratios.Median(), 30);
+}
+
 // x' = A x with eigenvalues of -1e8 and about -1, rotated: the entries of A do not determine the slow one to more than
 // eight digits. No comparison of steps shows that, since the error does not depend on the step.
 Problem StiffRotated() {
