@@ -53,7 +53,7 @@ inline double VariedConstant(const char* key, double value) {
     return varied_constant;                                                 \\
   }())
 """
-VARIED = re.compile(r'(?:VariedConstant|DLCS_VARIED)\("([^"]+)", *((?:[^()]|\([^()]*\))*)\)')
+VARIED = re.compile(r'(?:VariedConstant|DLCS_VARIED)\("([^"]+)",')
 PROGRAMS = ["core/core_tests", "plain/plain_tests", "hostile/hostile_tests"]
 LONGEST, LONGEST_OF_OTHER_FOLDERS = 1.2, 0.03  # seconds a test may take to be run for each constant
 MOST_TIMES_SLOWER = 10
@@ -72,15 +72,15 @@ def split_at_commas(code, first, last):
     yield start, last
 
 
-def offsets(path):
-    """Replacements of a file as (first, last, text) and what is varied as (key, value)."""
+def replacements(path):
+    """Of a file, as (first, last, text)."""
     text = path.read_text()
     lines, code = text.split("\n"), constants.code_of(text)
     code_lines = code.split("\n")
     starts = [0]
     for line in lines:
         starts.append(starts[-1] + len(line) + 1)
-    edits, varied, seen = [], [], {}
+    edits, seen = [], {}
 
     def key(name):
         seen[name] = seen.get(name, 0) + 1
@@ -106,18 +106,15 @@ def offsets(path):
             edits.append((begin + len(words[1]), begin + len(words[1] + words[2]), kind))
             for part, part_end in split_at_commas(code, begin + len(words[0]), end):
                 name, value = text[part:part_end].split("=", 1)
-                varied.append((key(name.strip()), " ".join(value.split())))
                 value_begin = part + len(name) + 1
-                edits.append((value_begin, part_end, f' dlcs::VariedConstant("{varied[-1][0]}", {value.strip()})'))
+                edits.append((value_begin, part_end, f' dlcs::VariedConstant("{key(name.strip())}", {value.strip()})'))
         elif "constexpr" not in line and "static_assert" not in line:
             for match in constants.LITERAL.finditer(line):
                 if not constants.is_plain(match[0]):
-                    varied.append((key(match[0]), match[0]))
                     place = starts[first] + match.start()
-                    edits.append((place, place + len(match[0]),
-                                  f'DLCS_VARIED("{varied[-1][0]}", {match[0]})'))
+                    edits.append((place, place + len(match[0]), f'DLCS_VARIED("{key(match[0])}", {match[0]})'))
         number += 1
-    return edits, varied
+    return edits
 
 
 def sources(project, folders):
@@ -129,7 +126,7 @@ def sources(project, folders):
 
 def varied_text(path):
     text = path.read_text()
-    edits, _ = offsets(path)
+    edits = replacements(path)
     for first, last, replacement in sorted(edits, reverse=True):
         text = text[:first] + replacement + text[last:]
     first_include = text.find("#include")
@@ -150,10 +147,9 @@ def make_copy(project, copy, folders):
 
 
 def keys_of_copy(copy, folders):
-    """(key, value) in the copy, whose lines may be edited by hand where they do not compile."""
+    """Those in the copy, whose lines may be edited by hand where they do not compile."""
     for path in sources(copy, folders):
-        for key, value in VARIED.findall(path.read_text()):
-            yield key, " ".join(value.split())
+        yield from VARIED.findall(path.read_text())
 
 
 def run_tests(program, tests, varied, seconds):
@@ -216,7 +212,7 @@ def run(copy, build, table, folders, jobs, only):
         for folder in folders:
             parts = stages(tests_of, folder)
             print(f"core/{folder}: {', '.join(f'{len(p[1])} tests {p[2]:.1f} s' for p in parts)}", flush=True)
-            for key, _ in keys_of_copy(copy, [folder]):
+            for key in keys_of_copy(copy, [folder]):
                 if re.search(only, key):
                     tasks += [(key, name, pool.submit(felt, parts, f"{key}={factor}"))
                               for name, factor in FACTORS.items()]
