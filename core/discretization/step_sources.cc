@@ -112,9 +112,8 @@ Sources::NonFinite SourceSampler::WhyNonFinite(const StepSources& step) {
   for (const double node : GetLegendreBasis().nodes) times.push_back(step.begin + step.length * (1 + node) / 2);
   times.push_back(end);
   times.push_back(step.begin + step.length * (1 + step.check_s) / 2);
-  for (auto t = std::upper_bound(probes_.begin(), probes_.end(), step.begin); t != probes_.end() && *t < end; ++t) {
-    times.push_back(*t);
-  }
+  const std::vector<double> between = cells_.TimesToCheck(step.begin, end);
+  times.insert(times.end(), between.begin(), between.end());
   std::sort(times.begin(), times.end());
   true_f_.resize(sources_.num_states());
   true_g_.resize(sources_.num_constraints());
@@ -143,12 +142,16 @@ Sources::NonFinite SourceSampler::WhyNonFinite(const StepSources& step) {
 }
 
 bool SourceSampler::Probe(StepSources& step) {
-  const double end = step.begin + step.length;
   bool raised = false;
   const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& true_value,
-                        const Vector& noise, Vector& missed, Vector& misfit) {
+                        const Vector& noise, const auto& rounding_at, Vector& missed, Vector& misfit) {
     const Vector with_rounding = true_value - series * at;
-    const Vector here = Beyond(with_rounding, noise);
+    Vector here = Beyond(with_rounding, noise);
+    if ((here.array() == 0).all()) return;
+    // A value that is rounded more here than at the nodes shows no pulse.
+    rounding_.resize(here.size());
+    rounding_at(rounding_);
+    here = Beyond(here, rounding_);
     for (Index i = 0; i < missed.size(); ++i) {
       if (std::abs(here[i]) <= std::abs(missed[i])) continue;
       missed[i] = here[i];  // a NaN, too
@@ -159,12 +162,14 @@ bool SourceSampler::Probe(StepSources& step) {
   };
   true_f_.resize(sources_.num_states());
   true_g_.resize(sources_.num_constraints());
-  for (auto t = std::upper_bound(probes_.begin(), probes_.end(), step.begin); t != probes_.end() && *t < end; ++t) {
-    const LegendreVector at = LegendreValues(2 * (*t - step.begin) / step.length - 1);
-    F(*t, Side::kLeft, true_f_);
-    look(step.f, at, true_f_, step.f_noise, step.f_missed, step.f_misfit);
-    G(*t, Side::kLeft, true_g_);
-    look(step.g, at, true_g_, step.g_noise, step.g_missed, step.g_misfit);
+  for (const double t : cells_.TimesToCheck(step.begin, step.begin + step.length)) {
+    const LegendreVector at = LegendreValues(2 * (t - step.begin) / step.length - 1);
+    F(t, Side::kLeft, true_f_);
+    const auto rounding_of_f = [&](Vector& bound) { sources_.RoundingOfF(t, bound); };
+    look(step.f, at, true_f_, step.f_noise, rounding_of_f, step.f_missed, step.f_misfit);
+    G(t, Side::kLeft, true_g_);
+    const auto rounding_of_g = [&](Vector& bound) { sources_.RoundingOfG(t, bound); };
+    look(step.g, at, true_g_, step.g_noise, rounding_of_g, step.g_missed, step.g_misfit);
     ++evaluations_;
   }
   return raised;
@@ -273,22 +278,6 @@ void SourceSampler::MoveCheck(double s, StepSources& step) {
   F(t, Side::kLeft, step.f_at_check);
   G(t, Side::kLeft, step.g_at_check);
   ++evaluations_;
-}
-
-std::vector<double> ProbeTimes(const Problem& problem) {
-  constexpr int kProbes = 128;
-  const auto is_formula = [](const TimeFunction::Piece& piece) {
-    return std::holds_alternative<FormulaFunction>(piece.function);
-  };
-  const auto has_formulas = [&](const TimeFunction& function) {
-    return std::any_of(function.pieces.begin(), function.pieces.end(), is_formula);
-  };
-  std::vector<double> times;
-  if (!has_formulas(problem.f) && !has_formulas(problem.g)) return times;
-  for (int k = 0; k < kProbes; ++k) {
-    times.push_back(problem.horizon * (k + WeylValue(k)) / kProbes);
-  }
-  return times;
 }
 
 std::vector<double> KnownKinks(const Problem& problem) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/discretization/legendre.h"
+#include "core/discretization/resolved_cells.h"
 #include "core/discretization/sources.h"
 #include "core/problem/problem.h"
 #include "core/problem/time_function.h"
@@ -34,15 +35,19 @@ struct StepSources {
 
 class SourceSampler {
  public:
-  // Keeps a reference to `sources`. `probes` are the increasing times that Probe() checks.
-  explicit SourceSampler(Sources& sources, std::vector<double> probes = {})
-      : sources_(sources), probes_(std::move(probes)) {}
+  // Keeps a reference to `sources`, those of `problem`.
+  SourceSampler(const Problem& problem, Sources& sources) : sources_(sources), cells_(problem) {}
+
+  // Where a step from `begin` that should end at `end` has to end for Probe() to see all of f and g: at `end`, or
+  // before.
+  double Reach(double begin, double end) { return cells_.Reach(begin, end); }
 
   // Fills `step` for [begin, end] from K + 2 values of f and g, the first a right limit, the last a left limit.
   void Sample(double begin, double end, StepSources& step);
 
-  // Raises the errors of `step` to those at the probes inside it, and checks that the values are finite there. Returns
-  // whether anything changed. This finds short pulses between the nodes.
+  // Raises the errors of `step` to those in the cells inside it that are shorter than the step (ResolvedCells), and
+  // checks that the values are finite there. Returns whether anything changed. This finds short pulses between the
+  // nodes.
   bool Probe(StepSources& step);
 
   // A time inside `step`, or its end, at which f or g has a kink or a jump, if both are smooth elsewhere in it; of
@@ -76,18 +81,13 @@ class SourceSampler {
   static double Beside(double t, Side side);
 
   Sources& sources_;
-  std::vector<double> probes_;
+  ResolvedCells cells_;
   double WhereTheyMeet(double begin, double from, double to, double end);
 
   LegendreSeries values_, slope_;
   Vector true_f_, true_g_, rounding_;
   Index evaluations_ = 0;
 };
-
-// The times at which f and g are checked whatever the step length: at least one in every interval longer than T/64,
-// irregularly spaced so that no periodic source escapes. Empty if no source is a formula, since sources that are
-// constant or linear between KnownKinks() have no pulses.
-std::vector<double> ProbeTimes(const Problem& problem);
 
 // The increasing times in (0, T) at which f or g may fail to be smooth: the break points, and the sample times of
 // sampled sources.

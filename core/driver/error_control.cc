@@ -73,7 +73,7 @@ std::function<double(const Grid&, const Solution&)> UnresolvedSourcesOf(const Pr
   const auto sources = std::make_shared<absl::StatusOr<Sources>>(Sources::Create(problem));
   return [&problem, sources](const Grid& grid, const Solution& solution) {
     if (!sources->ok()) return 0.0;
-    SourceSampler sampler(**sources);
+    SourceSampler sampler(problem, **sources);
     const Index num_states = problem.num_states(), num_constraints = problem.num_constraints();
     return UnresolvedSources(grid, solution, [&](double t, Side side, Index) {
       Vector both(num_states + num_constraints);

@@ -29,7 +29,7 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double asked, double tol
                                  Index most_work, EventRecord& record)
     : context_(context),
       problem_(context.problem),
-      sampler_(context.sources, ProbeTimes(context.problem)),
+      sampler_(context.problem, context.sources),
       tolerance_(kSafety * tolerance),
       most_work_(most_work),
       record_(record),
@@ -265,7 +265,7 @@ bool EventDrivenLoop::RefineEvent() {
 
 // One step in the mode: accepted up to its end or to the first event, or shortened, or the mode given up.
 EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
-  const double limit = std::min(kink_.value_or(end), end);
+  const double limit = sampler_.Reach(t_, std::min(kink_.value_or(end), end));
   const double length = length_.Next(*mode_, limit - t_);
   const double share = ShareOfTolerance(length, problem_.horizon);
   const double step_end = length == limit - t_ ? limit : t_ + length;  // not beyond a break point by rounding

@@ -67,7 +67,8 @@ bool Formula::IsSteady(double begin, double end) {
 double Formula::RoundingAt(double t) {
   if (computed_.empty()) return 0;
   const FormulaTree& tree = analyzed_->tree;
-  if (!enclosure_) enclosure_ = std::make_unique<FormulaEnclosure>(tree);
+  if (!enclosure_)
+    enclosure_ = std::make_unique<FormulaEnclosure>(tree, FormulaEnclosure::Assumptions{.has_value = true});
   const auto rounding_at = [&](double time) {
     enclosure_->EvaluateAt(time);
     return enclosure_->value_at_middle(static_cast<int>(tree.steps.size()) - 1).width() / 2;

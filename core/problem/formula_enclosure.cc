@@ -94,10 +94,20 @@ Interval PowerOfWholes(Interval base, Interval exponent) {
   return powers;
 }
 
+// The part of `a` in the domain of the operation; `a` if there is none.
+Interval InDomain(FormulaOperation operation, Interval a) {
+  if (operation == kSqrt && a.hi >= 0) return {std::max(a.lo, 0.0), a.hi};
+  if ((operation == kAsin || operation == kAcos) && a.lo <= 1 && a.hi >= -1) {
+    return {std::max(a.lo, -1.0), std::min(a.hi, 1.0)};
+  }
+  return a;
+}
+
 }  // namespace
 
-FormulaEnclosure::FormulaEnclosure(const FormulaTree& tree, bool numbers_are_rounded)
+FormulaEnclosure::FormulaEnclosure(const FormulaTree& tree, Assumptions assumptions)
     : tree_(tree),
+      assumptions_(assumptions),
       all_(tree.steps.size()),
       deciders_(tree.steps.size()),
       middle_(tree.steps.size()),
@@ -106,7 +116,8 @@ FormulaEnclosure::FormulaEnclosure(const FormulaTree& tree, bool numbers_are_rou
     const FormulaStep& step = tree.steps[i];
     if (step.operation == kNumber) {
       Interval number = std::isfinite(step.number) ? Interval{step.number, step.number} : Interval::Nothing();
-      if (numbers_are_rounded && step.number != std::floor(step.number)) number = Widened(step.number, step.number);
+      if (assumptions.numbers_are_rounded && step.number != std::floor(step.number))
+        number = Widened(step.number, step.number);
       all_[i] = {number, {}};
       middle_[i] = number;
     } else if (step.operation == kTime) {
@@ -188,6 +199,7 @@ void FormulaEnclosure::EncloseAll(Interval t, Interval from_middle) {
 }
 
 Interval FormulaEnclosure::ValueOfStep(const FormulaStep& step, Interval u, Interval v) const {
+  if (assumptions_.has_value) u = InDomain(step.operation, u);
   switch (step.operation) {
     case kNegate:
       return -u;

@@ -19,9 +19,17 @@ struct Enclosure {
 
 class FormulaEnclosure {
  public:
-  // Keeps a reference to `tree`. Only steps that depend on t alone are enclosed. With `numbers_are_rounded` a number
-  // that is not an integer means the interval of all reals that round to it.
-  explicit FormulaEnclosure(const FormulaTree& tree, bool numbers_are_rounded = false);
+  struct Assumptions {
+    // A number that is not an integer means the interval of all reals that round to it.
+    bool numbers_are_rounded = false;
+    // Where the formula is enclosed it has a value: what rounding may move out of the domain of an operation, such as 1
+    // - cos(0) of the root, is in it.
+    bool has_value = false;
+  };
+
+  // Keeps a reference to `tree`. Only steps that depend on t alone are enclosed.
+  explicit FormulaEnclosure(const FormulaTree& tree) : FormulaEnclosure(tree, Assumptions()) {}
+  FormulaEnclosure(const FormulaTree& tree, Assumptions assumptions);
 
   // Encloses all steps over [lo, hi]. Values at `middle`, between them, make the enclosures narrower by the mean value
   // theorem. Cost: about 50 ns per step.
@@ -51,6 +59,7 @@ class FormulaEnclosure {
   static Interval SlopeOfStep(const FormulaStep& step, const Enclosure& a, const Enclosure& b, Interval value);
 
   const FormulaTree& tree_;
+  Assumptions assumptions_;
   std::vector<int> computed_;  // steps that depend on t alone and are not t itself
   int time_ = -1;
   std::vector<Enclosure> all_, deciders_;

@@ -109,7 +109,7 @@ class Search {
         begin_(begin),
         end_(end),
         enclosure_(tree),
-        enclosure_at_end_(tree, true),
+        enclosure_at_end_(tree, {.numbers_are_rounded = true}),
         values_(tree.steps.size()) {
     for (std::size_t i = 0; i < tree.steps.size(); ++i) {
       const FormulaStep& step = tree.steps[i];

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/discretization/resolved_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <variant>
+
+#include "core/discretization/legendre.h"
+#include "core/linalg/weyl_sequence.h"
+#include "core/problem/formula_switching.h"
+
+namespace dlcs {
+ResolvedCells::ResolvedCells(const Problem& problem) : breaks_(BreakPoints(problem)), horizon_(problem.horizon) {
+  breaks_.push_back(problem.horizon);
+  Add(problem, problem.f);
+  Add(problem, problem.g);
+}
+
+void ResolvedCells::Add(const Problem& problem, const TimeFunction& function) {
+  for (AnalyzedComponent& component : AnalyzeFormulas(function, horizon_)) {
+    const FormulaTree& tree = component.formula->tree;
+    if (!tree.depends_on_t) continue;
+    const std::vector<double>& inside = component.formula->switching.inside;
+    const bool is_decided = std::none_of(inside.begin(), inside.end(), [](double t) { return std::isnan(t); });
+    if (!is_decided && probes_.empty()) probes_ = ProbeTimes(problem);
+    const std::size_t next = component.piece + 1;
+    const double from = component.piece == 0 ? 0 : function.pieces[component.piece].start;
+    const double to = next < function.pieces.size() ? function.pieces[next].start : horizon_;
+    sources_.push_back({std::move(component.formula), FormulaMajorant(tree), from, to});
+  }
+}
+
+double ResolvedCells::Reach(double begin, double end) {
+  // A polynomial of degree K that is right in so many cells has none of the features that made them short, beyond what
+  // is allowed. So a step is not cut where it matters, and the work of making cells is bounded by that of steps.
+  constexpr std::ptrdiff_t kMost = 64;
+  if (sources_.empty()) return end;
+  const auto cells_behind = [&] { return ends_.end() - std::upper_bound(ends_.begin(), ends_.end(), begin); };
+  if (ends_.back() < begin) ends_ = {begin};  // steps of first order have passed
+  while (ends_.back() < end && cells_behind() < kMost) AddCell();
+  const std::ptrdiff_t count = cells_behind();
+  return count < kMost ? end : std::min(end, *(ends_.end() - count + kMost - 1));
+}
+
+std::vector<double> ResolvedCells::TimesToCheck(double begin, double end) const {
+  std::vector<double> times;
+  for (auto cell = std::lower_bound(ends_.begin(), ends_.end(), begin); cell != ends_.end(); ++cell) {
+    const auto next = cell + 1;
+    if (next == ends_.end() || *next > end) break;
+    for (int j = 0; j < kLegendreSize; ++j) {
+      const double part = (1 - std::cos(std::numbers::pi * (2 * j + 1) / (2 * kLegendreSize))) / 2;
+      times.push_back(*cell + (*next - *cell) * part);
+    }
+  }
+  const auto cell_times = static_cast<std::ptrdiff_t>(times.size());
+  for (const double time : probes_) {
+    if (time > begin && time < end) times.push_back(time);
+  }
+  std::inplace_merge(times.begin(), times.begin() + cell_times, times.end());
+  return times;
+}
+
+// Up to twice as long as the last one, halved until it is resolved.
+void ResolvedCells::AddCell() {
+  const double shortest = std::numeric_limits<double>::epsilon() * horizon_;
+  const double lo = ends_.back();
+  const double next_break = *std::upper_bound(breaks_.begin(), breaks_.end(), lo);
+  const double twice = ends_.size() > 1 ? 2 * (lo - *(ends_.end() - 2)) : horizon_;
+  const auto is_singular_at = [&](double t) { return Resolve(t, t + shortest) == Resolution::kSingular; };
+  // Rounding may hide an operand for long, as that of the root in sqrt(1 - cos(t)) near 0: shorter cells show no more.
+  const auto is_hidden = [&](double from, double to) {
+    return is_singular_at(from) && is_singular_at(from + (to - from) / 2) && is_singular_at(to - shortest);
+  };
+  double hi = lo + twice < next_break ? lo + twice : next_break;
+  while (true) {
+    const Resolution resolution = Resolve(lo, hi);
+    const double middle = lo + (hi - lo) / 2;
+    const bool is_shortest = hi - lo <= shortest || !(lo < middle && middle < hi);
+    if (resolution == Resolution::kResolved || is_shortest) break;
+    if (resolution == Resolution::kSingular && is_hidden(lo, hi)) break;
+    hi = middle;
+  }
+  ends_.push_back(hi);
+  for (Source& source : sources_) {
+    if (source.IsValidIn(lo, hi)) source.size = std::max(source.size, source.value);
+  }
+}
+
+ResolvedCells::Resolution ResolvedCells::Resolve(double lo, double hi) {
+  constexpr double kUlp = std::numeric_limits<double>::epsilon();
+  Resolution worst = Resolution::kResolved;
+  for (std::size_t k = 0; k < sources_.size(); ++k) {
+    // The one that was too coarse last is likely to be it again.
+    Source& source = sources_[k == 0 ? coarsest_ : k <= coarsest_ ? k - 1 : k];
+    if (!source.IsValidIn(lo, hi)) continue;
+    source.majorant.Evaluate(lo, hi);
+    source.value = source.majorant.value_at_middle();
+    if (!std::isfinite(source.value)) source.value = 0;
+    const double from_zero = source.majorant.bounds()[0];
+    const double from_polynomial = source.majorant.bounds()[TaylorBounds::kOrder];
+    const double negligible = std::max(std::numeric_limits<double>::min(), kUlp * std::max(source.size, source.value));
+    if (from_polynomial <= negligible || from_zero <= negligible) continue;
+    coarsest_ = static_cast<std::size_t>(&source - sources_.data());
+    if (std::isfinite(from_polynomial)) return Resolution::kTooCoarse;
+    worst = Resolution::kSingular;
+  }
+  return worst;
+}
+
+// Whether the source is a formula whose switches are known on all of [lo, hi], which has no break point inside.
+bool ResolvedCells::Source::IsValidIn(double lo, double hi) const {
+  if (!(from <= lo && hi <= to)) return false;
+  const FormulaSwitching& switching = formula->switching;
+  const auto interval = std::upper_bound(switching.times.begin(), switching.times.end(), lo) - switching.times.begin();
+  return !std::isnan(switching.inside[static_cast<std::size_t>(interval)]);
+}
+
+std::vector<double> ProbeTimes(const Problem& problem) {
+  constexpr int kProbes = 128;
+  const auto is_formula = [](const TimeFunction::Piece& piece) {
+    return std::holds_alternative<FormulaFunction>(piece.function);
+  };
+  const auto has_formulas = [&](const TimeFunction& function) {
+    return std::any_of(function.pieces.begin(), function.pieces.end(), is_formula);
+  };
+  std::vector<double> times;
+  if (!has_formulas(problem.f) && !has_formulas(problem.g)) return times;
+  for (int k = 0; k < kProbes; ++k) times.push_back(problem.horizon * (k + WeylValue(k)) / kProbes);
+  return times;
+}
+
+}  // namespace dlcs

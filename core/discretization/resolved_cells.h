@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// How fine the formulas of f and g are: the cells on which each is a polynomial, so that no pulse is missed.
+
+#ifndef DLCS_CORE_DISCRETIZATION_RESOLVED_CELLS_H_
+#define DLCS_CORE_DISCRETIZATION_RESOLVED_CELLS_H_
+
+#include <memory>
+#include <vector>
+
+#include "core/problem/formula_majorant.h"
+#include "core/problem/problem.h"
+#include "core/problem/time_function.h"
+
+namespace dlcs {
+
+// Divides time, from 0 on, into cells on each of which every formula of f and g differs from a polynomial of degree
+// TaylorBounds::kOrder - 1 by less than the rounding of the largest value that it has had so far. This is proven by
+// bounds of its derivatives (core/problem/formula_majorant.h), not seen in values: a pulse has cells shorter than
+// itself however short it is. Sources that are not formulas have no cells: they are linear or polynomials between known
+// times. Neither have formulas on intervals in which their switches could not be found (FormulaSwitching::inside).
+class ResolvedCells {
+ public:
+  // The valid problem's formulas are analyzed, or their analysis is found in the cache; see AnalyzeFormula().
+  explicit ResolvedCells(const Problem& problem);
+
+  // The end of the cell at which a step from `begin` to `end` should end at the latest: the last one of kMost cells
+  // behind `begin`, or `end`. Makes the cells up to there, each of which costs FormulaMajorant::Evaluate() for each
+  // different formula and halving.
+  double Reach(double begin, double end);
+
+  // Increasing times inside [begin, end], at which to compare f and g with polynomials that approximate them there: K +
+  // 1 of each cell that lies in the interval, of those made so far, and all probes inside.
+  std::vector<double> TimesToCheck(double begin, double end) const;
+
+ private:
+  struct Source {
+    std::shared_ptr<const AnalyzedFormula> formula;
+    FormulaMajorant majorant;
+    double from = 0, to = 0;  // its piece
+    double value = 0;         // in the middle of the last interval
+    double size = 0;          // the largest value so far
+
+    bool IsValidIn(double lo, double hi) const;
+  };
+  enum class Resolution { kResolved, kSingular, kTooCoarse };
+
+  void Add(const Problem& problem, const TimeFunction& function);
+  void AddCell();
+  Resolution Resolve(double lo, double hi);
+
+  std::vector<Source> sources_;
+  std::vector<double> breaks_;  // with the horizon
+  double horizon_;
+  std::vector<double> ends_{0.0};  // of the cells, increasing
+  std::vector<double> probes_;
+  std::size_t coarsest_ = 0;  // the source that was too coarse last
+};
+
+// Times in [0, T], at least one in every T/64, irregularly spaced so that no periodic source escapes: for a first
+// impression of formulas. Empty if there are none, since all else is known at KnownKinks().
+std::vector<double> ProbeTimes(const Problem& problem);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_DISCRETIZATION_RESOLVED_CELLS_H_

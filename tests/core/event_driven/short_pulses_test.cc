@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Smooth pulses that are short beside T, between the nodes of every step that the rest of the system asks for.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
+#include "tests/support/problems.h"
+#include "tests/support/solving.h"
+
+namespace dlcs {
+namespace {
+
+// x' = f, so that x(T) is the area under f.
+double AreaUnder(const std::string& f, double horizon) {
+  Problem problem = testing::Scalar(0, 1, 0, horizon);
+  problem.B = Matrix::Zero(1, 1);
+  problem.f = TimeFunction::Formulas({f});
+  const Solution solution = testing::SolveAt(problem, 1e-9);
+  EXPECT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+  EXPECT_LE(testing::FigureOf(solution.accuracy.errors.x), 1e-9);
+  return testing::LastState(solution)[0];
+}
+
+class ShortPulsesTest : public ::testing::TestWithParam<int> {};
+
+// Pulses of 1.7 % of a period, over so many periods.
+TEST_P(ShortPulsesTest, OfATrainNoneIsMissed) {
+  const double periods = GetParam();
+  const double width = 0.017;
+  const double gaussian = std::sqrt(std::numbers::pi) * width;
+  EXPECT_NEAR(AreaUnder("exp(-((t - floor(t) - 0.5)/0.017)**2)", periods) / periods, gaussian, 1e-9 * gaussian);
+  // The mean of cos(πt)^n is that of the binomial coefficients, (n choose n/2) / 2^n.
+  const double n = 20'000;
+  const double power = std::exp(std::lgamma(n + 1) - 2 * std::lgamma(n / 2 + 1) - n * std::numbers::ln2);
+  EXPECT_NEAR(AreaUnder("cos(pi*t)**20000", periods) / periods, power, 1e-9 * power);
+  EXPECT_NEAR(AreaUnder("1 + cos(pi*t)**20000", periods) / periods, 1 + power, 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Periods, ShortPulsesTest, ::testing::Values(1, 2, 7, 30, 100, 300));
+
+TEST(ShortPulseTest, OfOneIsNotMissedHoweverShortItIs) {
+  for (const char* width : {"1e-2", "1e-4", "1e-6"}) {
+    SCOPED_TRACE(width);
+    const double w = std::stod(width);
+    const std::string u = std::string("((t - 0.5123)/") + width + ")";
+    EXPECT_NEAR(AreaUnder("exp(-" + u + "**2)", 1) / w, std::sqrt(std::numbers::pi), 1e-8);
+    EXPECT_NEAR(AreaUnder("1/cosh(" + u + ")**2", 1) / w, 2, 1e-8);
+  }
+}
+
+// Its root is hidden by rounding near the zeros of the operand.
+TEST(ShortPulseTest, ARootThatTouchesZeroIsSolved) {
+  EXPECT_NEAR(AreaUnder("sqrt(1 - cos(t))", 6 * std::numbers::pi), 12 * std::numbers::sqrt2, 1e-6);
+}
+
+}  // namespace
+}  // namespace dlcs
