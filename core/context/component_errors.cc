@@ -90,18 +90,11 @@ ComponentValues Differences(const Solution& a, const Solution& b, const CommonCo
   return differences;
 }
 
-// Zero for a Kronecker sum, whose entries are not written down.
-Vector DiagonalOf(const StructuredMatrix& matrix) {
-  if (matrix.is_dense()) return matrix.Dense().diagonal();
-  if (matrix.sparse() != nullptr) return matrix.sparse()->diagonal();
-  return Vector::Zero(matrix.rows());
-}
-
 }  // namespace
 
 Vector MemoryOf(const Problem& problem, double longest) {
-  const Vector masses = problem.has_mass() ? DiagonalOf(problem.E) : Vector::Ones(problem.num_states());
-  return DiagonalOf(problem.A).binaryExpr(
+  const Vector masses = problem.has_mass() ? problem.E.Diagonal() : Vector(Vector::Ones(problem.num_states()));
+  return problem.A.Diagonal().binaryExpr(
       masses, [&](double rate, double mass) { return std::min(longest / std::abs(mass), 1 / std::abs(rate)); });
 }
 
@@ -169,7 +162,7 @@ ComponentValues RoundingOfTerms(const Problem& problem, const ComponentValues& s
     moved += problem.B.AbsTimes(sizes.y);
     rounding.w = kRounding * (problem.N.AbsTimes(sizes.x) + problem.M.AbsTimes(sizes.y) + sizes.w);
     // An active y_i has the rounding of w_i, divided by M_ii.
-    rounding.y = DiagonalOf(problem.M).binaryExpr(
+    rounding.y = problem.M.Diagonal().binaryExpr(
         rounding.w, [](double diagonal, double of_w) { return diagonal != 0 ? of_w / std::abs(diagonal) : 0; });
     // What is zero to the bit was set to zero, not summed.
     rounding.y = (sizes.y.array() > 0).select(rounding.y, 0);

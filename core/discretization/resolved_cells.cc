@@ -7,7 +7,6 @@
 #include <numbers>
 #include <variant>
 
-#include "core/discretization/legendre.h"
 #include "core/linalg/weyl_sequence.h"
 #include "core/problem/formula_switching.h"
 
@@ -33,9 +32,7 @@ void ResolvedCells::Add(const Problem& problem, const TimeFunction& function) {
 }
 
 double ResolvedCells::Reach(double begin, double end) {
-  // A polynomial of degree K that is right in so many cells has none of the features that made them short, beyond what
-  // is allowed. So a step is not cut where it matters, and the work of making cells is bounded by that of steps.
-  constexpr std::ptrdiff_t kMost = 64;
+  constexpr std::ptrdiff_t kMost = kMostOfAStep;
   if (sources_.empty()) return end;
   const auto cells_behind = [&] { return ends_.end() - std::upper_bound(ends_.begin(), ends_.end(), begin); };
   if (ends_.back() < begin) ends_ = {begin};  // steps of first order have passed
@@ -44,15 +41,38 @@ double ResolvedCells::Reach(double begin, double end) {
   return count < kMost ? end : std::min(end, *(ends_.end() - count + kMost - 1));
 }
 
-std::vector<double> ResolvedCells::TimesToCheck(double begin, double end) const {
-  std::vector<double> times;
+std::size_t ResolvedCells::CountUntil(double t) const {
+  const auto behind = std::lower_bound(ends_.begin() + 1, ends_.end(), t);
+  return static_cast<std::size_t>(behind - ends_.begin()) - 1;
+}
+
+const ResolvedCells::Points& ResolvedCells::PointsOfCell() {
+  static const Points all = [] {
+    Points points;
+    for (std::size_t j = 0; j < points.part.size(); ++j) {
+      const double angle = std::numbers::pi * static_cast<double>(2 * j + 1) / (2 * kLegendreSize);
+      points.part[j] = (1 - std::cos(angle)) / 2;
+      points.weight[j] = std::numbers::pi / (2 * kLegendreSize) * std::sin(angle);
+    }
+    return points;
+  }();
+  return all;
+}
+
+std::vector<std::pair<double, double>> ResolvedCells::CellsIn(double begin, double end) const {
+  std::vector<std::pair<double, double>> cells;
   for (auto cell = std::lower_bound(ends_.begin(), ends_.end(), begin); cell != ends_.end(); ++cell) {
     const auto next = cell + 1;
     if (next == ends_.end() || *next > end) break;
-    for (int j = 0; j < kLegendreSize; ++j) {
-      const double part = (1 - std::cos(std::numbers::pi * (2 * j + 1) / (2 * kLegendreSize))) / 2;
-      times.push_back(*cell + (*next - *cell) * part);
-    }
+    cells.emplace_back(*cell, *next);
+  }
+  return cells;
+}
+
+std::vector<double> ResolvedCells::TimesToCheck(double begin, double end) const {
+  std::vector<double> times;
+  for (const auto& [from, to] : CellsIn(begin, end)) {
+    for (const double part : PointsOfCell().part) times.push_back(from + (to - from) * part);
   }
   const auto cell_times = static_cast<std::ptrdiff_t>(times.size());
   for (const double time : probes_) {

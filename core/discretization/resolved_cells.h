@@ -4,9 +4,12 @@
 #ifndef DLCS_CORE_DISCRETIZATION_RESOLVED_CELLS_H_
 #define DLCS_CORE_DISCRETIZATION_RESOLVED_CELLS_H_
 
+#include <array>
 #include <memory>
+#include <utility>
 #include <vector>
 
+#include "core/discretization/legendre.h"
 #include "core/problem/formula_majorant.h"
 #include "core/problem/problem.h"
 #include "core/problem/time_function.h"
@@ -23,13 +26,30 @@ class ResolvedCells {
   // The valid problem's formulas are analyzed, or their analysis is found in the cache; see AnalyzeFormula().
   explicit ResolvedCells(const Problem& problem);
 
-  // The end of the cell at which a step from `begin` to `end` should end at the latest: the last one of kMost cells
-  // behind `begin`, or `end`. Makes the cells up to there, each of which costs FormulaMajorant::Evaluate() for each
-  // different formula and halving.
-  double Reach(double begin, double end);
+  // Whether no source is a formula in t.
+  bool is_empty() const { return sources_.empty(); }
 
-  // Increasing times inside [begin, end], at which to compare f and g with polynomials that approximate them there: K +
-  // 1 of each cell that lies in the interval, of those made so far, and all probes inside.
+  // The end of the cell at which a step from `begin` to `end` should end at the latest: the last one of kMostOfAStep
+  // cells behind `begin`, or `end`. Makes the cells up to there, each of which costs FormulaMajorant::Evaluate() for
+  // each different formula and halving.
+  double Reach(double begin, double end);
+  // A polynomial of degree K that is right in so many cells has none of the features that made them short, beyond what
+  // is allowed. So a step is not cut where it matters, and the work of making cells is bounded by that of steps.
+  static constexpr Index kMostOfAStep = 64;
+
+  // How many cells, of those made so far, end before `t`.
+  std::size_t CountUntil(double t) const;
+
+  // The points of a cell at which a polynomial on it is compared, and what they weigh in its integral, for a length of
+  // one: those of Chebyshev, increasing.
+  struct Points {
+    std::array<double, kLegendreSize> part, weight;
+  };
+  static const Points& PointsOfCell();
+  // The cells that lie in [begin, end], of those made so far.
+  std::vector<std::pair<double, double>> CellsIn(double begin, double end) const;
+  // Increasing times inside [begin, end], at which to compare f and g with polynomials that approximate them there: the
+  // points of all CellsIn(), and all probes inside.
   std::vector<double> TimesToCheck(double begin, double end) const;
 
  private:

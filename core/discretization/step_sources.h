@@ -41,6 +41,8 @@ class SourceSampler {
   // Where a step from `begin` that should end at `end` has to end for Probe() to see all of f and g: at `end`, or
   // before.
   double Reach(double begin, double end) { return cells_.Reach(begin, end); }
+  // The cells that this has taken until `t`.
+  std::size_t CellsUntil(double t) const { return cells_.CountUntil(t); }
 
   // Fills `step` for [begin, end] from K + 2 values of f and g, the first a right limit, the last a left limit.
   void Sample(double begin, double end, StepSources& step);

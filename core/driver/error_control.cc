@@ -69,18 +69,19 @@ Vector LagBehind(const Problem& problem, const Solution& solution) {
 }
 
 // Of what a solve on `grid` sees of the sources of `problem`, which must outlive what is returned.
-std::function<double(const Grid&, const Solution&)> UnresolvedSourcesOf(const Problem& problem) {
+std::function<Unresolved(const Grid&, const Solution&)> UnresolvedSourcesOf(const Problem& problem) {
   const auto sources = std::make_shared<absl::StatusOr<Sources>>(Sources::Create(problem));
   return [&problem, sources](const Grid& grid, const Solution& solution) {
-    if (!sources->ok()) return 0.0;
+    if (!sources->ok()) return Unresolved();
     SourceSampler sampler(problem, **sources);
     const Index num_states = problem.num_states(), num_constraints = problem.num_constraints();
-    return UnresolvedSources(grid, solution, [&](double t, Side side, Index) {
+    const double part = UnresolvedSources(grid, solution, [&](double t, Side side, Index) {
       Vector both(num_states + num_constraints);
       sampler.F(t, side, both.head(num_states));
       sampler.G(t, side, both.tail(num_constraints));
       return both;
     });
+    return Unresolved{.part = part, .missed = MissedPulses(grid, problem, **sources)};
   };
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/context/component_errors.h"
+#include "core/discretization/resolved_cells.h"
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/weyl_sequence.h"
@@ -80,11 +81,73 @@ double UnresolvedSources(const Grid& grid, const Solution& solution, const Sourc
   return unresolved;
 }
 
-void CountUnresolved(double unresolved, Solution& solution) {
+ComponentValues MissedPulses(const Grid& grid, const Problem& problem, Sources& sources) {
+  // Where all of time is full of cells, it is not pulses that are missed: UnresolvedSources() sees that.
+  const Index most_cells = 20 * (grid.num_steps() + 1000);
+  const Index num_states = problem.num_states(), num_constraints = problem.num_constraints();
+  const ResolvedCells::Points& points = ResolvedCells::PointsOfCell();
+  ResolvedCells cells(problem);
+  if (cells.is_empty()) return {};
+  const Vector ones = Vector::Ones(num_states);
+  const Vector masses = problem.has_mass() ? Vector(problem.E.AbsTimes(ones)) : ones;  // lumped
+  const Vector rates = problem.A.Diagonal().cwiseAbs().cwiseQuotient(masses);
+  ComponentValues missed{.x = Vector::Zero(num_states), .w = Vector::Zero(num_constraints)};
+  Vector f_left(num_states), f_middle(num_states), f_right(num_states), f(num_states);
+  Vector g_left(num_constraints), g_middle(num_constraints), g_right(num_constraints), g(num_constraints);
+  Vector remembered = Vector::Zero(num_states);
+  double last = 0;
+  Index count = 0;
+  for (Index k = 0; k < grid.num_steps() && count < most_cells; ++k) {
+    const double begin = grid.times[static_cast<std::size_t>(k)], end = grid.times[static_cast<std::size_t>(k) + 1];
+    double reached = begin;
+    for (Index made = 0; reached < end && count + made < most_cells; made += ResolvedCells::kMostOfAStep) {
+      reached = cells.Reach(reached, end);
+    }
+    const auto inside = cells.CellsIn(begin, reached);
+    if (inside.empty()) continue;
+    count += static_cast<Index>(inside.size());
+    remembered.array() *= (-(end - last) * rates.array()).exp();
+    last = end;
+    sources.F(begin, Side::kRight, f_left);
+    sources.F(begin + (end - begin) / 2, Side::kRight, f_middle);
+    sources.F(end, Side::kLeft, f_right);
+    sources.G(begin, Side::kRight, g_left);
+    sources.G(begin + (end - begin) / 2, Side::kRight, g_middle);
+    sources.G(end, Side::kLeft, g_right);
+    Vector area = Vector::Zero(num_states);
+    for (const auto& [from, to] : inside) {
+      for (std::size_t j = 0; j < points.part.size(); ++j) {
+        const double t = from + (to - from) * points.part[j], s = (t - begin) / (end - begin);
+        const double of_left = (1 - s) * (1 - 2 * s), of_middle = 4 * s * (1 - s), of_right = s * (2 * s - 1);
+        sources.F(t, Side::kLeft, f);
+        sources.G(t, Side::kLeft, g);
+        area += (to - from) * points.weight[j] * (f - of_left * f_left - of_middle * f_middle - of_right * f_right);
+        RaiseTo(g - of_left * g_left - of_middle * g_middle - of_right * g_right, missed.w);
+      }
+    }
+    remembered += area.cwiseAbs().cwiseQuotient(masses);
+    RaiseTo(remembered, missed.x);
+  }
+  return missed;
+}
+
+void CountUnresolved(const Unresolved& unresolved, Solution& solution) {
   constexpr double kSmallEnough = 1e-3;
-  if (!(unresolved > kSmallEnough)) return;
-  RaiseTruncation(unresolved, solution.accuracy.errors);
-  solution.warnings.push_back("Inside the steps f or g differs by " + FormatNumber(unresolved) +
+  TrajectoryErrors& errors = solution.accuracy.errors;
+  double part = unresolved.part > kSmallEnough ? unresolved.part : 0;
+  const auto count = [&part](const Vector& missed, ErrorsByCause& of_kind) {
+    if (missed.size() == 0 || of_kind.truncation.size() == 0) return;
+    for (Index i = 0; i < missed.size(); ++i) {
+      if (missed[i] > 0) part = std::max(part, missed[i] / std::max(missed[i], of_kind.own[i]));
+    }
+    of_kind.truncation = NanMax(of_kind.truncation, missed);
+  };
+  count(unresolved.missed.x, errors.x);
+  count(unresolved.missed.w, errors.w);
+  if (!(part > 0)) return;
+  RaiseTruncation(part, errors);
+  if (!(part > kSmallEnough)) return;
+  solution.warnings.push_back("Inside the steps f or g differs by " + FormatNumber(part) +
                               " of its size from what the steps see of it: take shorter steps, or set a tolerance.");
 }
 

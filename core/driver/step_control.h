@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "core/context/component_errors.h"
 #include "core/discretization/grid.h"
+#include "core/driver/source_resolution.h"
 #include "core/problem/options.h"
 #include "core/problem/solution.h"
 
@@ -60,8 +61,8 @@ struct StepControl {
   double expected_order = 2;
   Index most_steps = 0;      // of a trial
   Index most_steps_all = 0;  // of all trials together; 0 for any number
-  Index nodes_kept =
-      0;  // all nodes of grids up to this many steps are output nodes; of finer grids only the same nodes
+  // All nodes of grids up to this many steps are output nodes; of finer grids only the same nodes.
+  Index nodes_kept = 0;
   bool whole_horizon = false;  // the method iterates over all of [0, T]: if that diverges, shorter steps do not help
 };
 
@@ -86,8 +87,10 @@ struct TrialSolves {
   std::function<ComponentValues(const Solution&, const ComponentValues& sizes)> at_switches = {};
   // Raises the errors of y and w to what those of x make of them; see RaiseToEffectOfStates().
   std::function<void(const Solution&, TrajectoryErrors&)> follow_states = [](const Solution&, TrajectoryErrors&) {};
-  // The part of f and g that a solve on the grid does not see; see UnresolvedSources().
-  std::function<double(const Grid&, const Solution&)> unresolved = [](const Grid&, const Solution&) { return 0.0; };
+  // What a solve on the grid does not see of f and g.
+  std::function<Unresolved(const Grid&, const Solution&)> unresolved = [](const Grid&, const Solution&) {
+    return Unresolved();
+  };
   std::function<bool(const Grid&)> fits;  // whether a solve fits into the allowed memory
 };
 

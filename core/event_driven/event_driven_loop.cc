@@ -18,6 +18,14 @@ namespace {
 // Each step gets this part of the tolerance: errors of single steps add up, and grow with the system.
 constexpr double kSafety = 0.05;
 
+// What so many cells of the sources (ResolvedCells) add to the work that is allowed by default: each asks for a step,
+// and that for one that was too long before. As many may count as a formula may have switching times.
+double MaxDefaultWorkOfCells(double cells) {
+  constexpr double kMostCells = 1e5;
+  constexpr double kSteps = 2;
+  return cells <= kMostCells ? kSteps * EventRecord::kOfASmoothStep * cells : 0;
+}
+
 double StepWithoutMode(const Problem& problem) {
   const double norm = InfinityNorm(Balance(problem.A.Dense()).matrix);
   return norm > 0 ? 4 / norm : problem.horizon;
@@ -146,9 +154,11 @@ bool EventDrivenLoop::Cross(double end) {
 }
 
 bool EventDrivenLoop::IsBeyondWork() const {
+  const double part = t_ / problem_.horizon;
   const auto work = static_cast<double>(record_.Work(problem_.num_states()));
-  const auto most = static_cast<double>(most_work_);
-  return work >= most && work >= EventRecord::kPatience * most * (t_ / problem_.horizon);
+  auto most = static_cast<double>(most_work_);
+  if (part > 0) most += MaxDefaultWorkOfCells(static_cast<double>(sampler_.CellsUntil(t_)) / part);
+  return work >= most && work >= EventRecord::kPatience * most * part;
 }
 
 // Continues after a kink of the sources as after a break point. If g jumps there, the state may jump too.

@@ -21,7 +21,6 @@ std::vector<Index> Without(const std::vector<Index>& set, const std::vector<Inde
 
 // Medians of 120 random systems of up to 40 states; single ones are off by up to three times.
 Index EventRecord::Work(Index num_states) const {
-  constexpr Index kOfASmoothStep = 33;
   constexpr Index kOfAModePerState = 15;
   constexpr Index kOfACoupledStep = 3;  // one, and two of half its length
   return kOfASmoothStep * (steps + rejected_steps) + kOfAModePerState * num_states * modes_made +

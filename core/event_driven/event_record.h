@@ -35,6 +35,7 @@ struct EventRecord {
   // The work so far, in steps of an exponential integrator for the same system with `num_states` states. It is computed
   // from counts, with measured weights, so that it does not depend on the machine.
   Index Work(Index num_states) const;
+  static constexpr Index kOfASmoothStep = 33;
   // A solve that advances so evenly that it will reach T within so many times the work allowed may continue: many short
   // modes do not mean that it will not end.
   static constexpr Index kPatience = 8;

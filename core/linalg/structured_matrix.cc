@@ -216,6 +216,12 @@ SparseMatrix StructuredMatrix::Sparse() const {
                     value_);
 }
 
+Vector StructuredMatrix::Diagonal() const {
+  if (is_dense()) return Dense().diagonal();
+  if (sparse() != nullptr) return sparse()->diagonal();
+  return Vector::Zero(std::min(rows(), cols()));
+}
+
 Vector StructuredMatrix::AbsTimes(const Eigen::Ref<const Vector>& v) const {
   return std::visit(Overloaded{[&](const Matrix& dense) { return dlcs::AbsTimes(dense, v); },
                                [&](const SparseMatrix& sparse) { return AbsTimesSparse(sparse, v); },

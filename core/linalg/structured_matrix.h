@@ -91,6 +91,8 @@ class StructuredMatrix {
   double MaxAbs() const;
   bool AllFinite() const;
   bool IsZero() const;  // no entry but 0
+  // Zero of a Kronecker sum or a product, whose entries are not written down.
+  Vector Diagonal() const;
   // |A| v for v >= 0.
   Vector AbsTimes(const Eigen::Ref<const Vector>& v) const;
 

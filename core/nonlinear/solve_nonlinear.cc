@@ -84,16 +84,17 @@ Solution SolveOnGrid(NonlinearTask& task, NonlinearFunctions functions, const Gr
 }
 
 // The part of f(t, x, y) and g(t, x, y), as functions of t alone, that steps do not see.
-double Unresolved(const NonlinearTask& task, const Grid& grid, const Solution& solution) {
+Unresolved UnresolvedOf(const NonlinearTask& task, const Grid& grid, const Solution& solution) {
   auto functions = NonlinearFunctions::Create(task.problem);
-  if (!functions.ok()) return 0;
-  return UnresolvedSources(grid, solution, [&](double t, Side side, Index column) {
+  if (!functions.ok()) return {};
+  const double part = UnresolvedSources(grid, solution, [&](double t, Side side, Index column) {
     const double beside = side == Side::kRight ? t : std::nextafter(t, 0);
     Vector both(task.problem.num_states() + task.problem.num_constraints());
     const Vector x = solution.x.col(column), y = solution.y.col(column);
     both << functions->F(beside, x, y), functions->G(beside, x, y);
     return both;
   });
+  return {.part = part};
 }
 
 // Solves on any grid, with functions of their own, and what to compare of them. `task` must outlive what is returned.
@@ -112,7 +113,7 @@ SystemSolves SolvesOf(NonlinearTask& task, Observer& observer) {
                      .compare = [](const Solution& coarse, const Solution& fine,
                                    const ComponentValues& sizes) { return DifferencesBetween(coarse, fine, sizes); },
                      .unresolved = [&task](const Grid& grid,
-                                           const Solution& solution) { return Unresolved(task, grid, solution); },
+                                           const Solution& solution) { return UnresolvedOf(task, grid, solution); },
                      .fits = {}}};
 }
 

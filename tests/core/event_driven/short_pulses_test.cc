@@ -9,6 +9,7 @@
 
 #include "core/problem/problem.h"
 #include "core/problem/solution.h"
+#include "core/problem/verdict.h"
 #include "tests/support/problems.h"
 #include "tests/support/solving.h"
 
@@ -56,6 +57,40 @@ TEST(ShortPulseTest, OfOneIsNotMissedHoweverShortItIs) {
 // Its root is hidden by rounding near the zeros of the operand.
 TEST(ShortPulseTest, ARootThatTouchesZeroIsSolved) {
   EXPECT_NEAR(AreaUnder("sqrt(1 - cos(t))", 6 * std::numbers::pi), 12 * std::numbers::sqrt2, 1e-6);
+}
+
+TEST(ShortPulseTest, AFastOscillationIsSolvedByDefault) {
+  constexpr double kRate = 1e4, kEnd = 10;
+  Problem problem = testing::Scalar(-1, 1, 0, kEnd);
+  problem.B = Matrix::Zero(1, 1);
+  problem.f = TimeFunction::Formulas({"sin(1e4*t)"});
+  const Solution solution = testing::SolveForEnd(problem);
+  const double exact =
+      (std::sin(kRate * kEnd) - kRate * std::cos(kRate * kEnd) + kRate * std::exp(-kEnd)) / (1 + kRate * kRate);
+  EXPECT_EQ(solution.method, Method::kEventDriven);
+  EXPECT_NEAR(testing::LastState(solution)[0], exact, 1e-6 * 2 / kRate);
+}
+
+// Between all nodes of all grids, whose solutions agree.
+TEST(ShortPulseTest, FixedStepsThatSeeNoneKnowIt) {
+  const double area = std::sqrt(std::numbers::pi) * 1e-6;
+  Problem problem = testing::Scalar(-1, 1, 0, 1);
+  problem.f = TimeFunction::Formulas({"exp(-((t - 0.5123)/1e-6)**2)"});
+  for (const Method method :
+       {Method::kTimeStepping, Method::kExponentialIntegrator, Method::kLaplaceIteration, Method::kWuChenIteration}) {
+    SCOPED_TRACE(MethodName(method));
+    for (const double tolerance : {0.0, 1e-3}) {
+      Options options;
+      options.method = method;
+      options.error_tolerance = tolerance;
+      options.estimate_error = true;
+      if (tolerance == 0) options.num_steps = 1000;
+      const Solution solution = testing::SolveWith(problem, options);
+      EXPECT_GT(solution.accuracy.errors.x.truncation[0], area / 3);
+      EXPECT_LT(solution.accuracy.errors.x.truncation[0], 3 * area);
+      EXPECT_FALSE(JudgeSolution(solution).success);
+    }
+  }
 }
 
 }  // namespace
