@@ -73,15 +73,18 @@ std::function<Unresolved(const Grid&, const Solution&)> UnresolvedSourcesOf(cons
   const auto sources = std::make_shared<absl::StatusOr<Sources>>(Sources::Create(problem));
   return [&problem, sources](const Grid& grid, const Solution& solution) {
     if (!sources->ok()) return Unresolved();
+    if ((*sources)->FIsSteady(0, problem.horizon) && (*sources)->GIsSteady(0, problem.horizon)) return Unresolved();
     SourceSampler sampler(problem, **sources);
     const Index num_states = problem.num_states(), num_constraints = problem.num_constraints();
-    const double part = UnresolvedSources(grid, solution, [&](double t, Side side, Index) {
+    Unresolved unresolved;
+    unresolved.part = UnresolvedSources(grid, solution, [&](double t, Side side, Index) {
       Vector both(num_states + num_constraints);
       sampler.F(t, side, both.head(num_states));
       sampler.G(t, side, both.tail(num_constraints));
       return both;
     });
-    return Unresolved{.part = part, .missed = MissedPulses(grid, problem, **sources)};
+    AddMissedPulses(grid, problem, **sources, unresolved);
+    return unresolved;
   };
 }
 
@@ -100,6 +103,8 @@ absl::StatusOr<Solution> SolveWithRoundedData(Task& task, const Grid& grid, doub
   return solution;
 }
 
+Index NodesCompared(const Task& task) { return task.plan.propagator.system ? kFormedNodesKept : kNodesKept; }
+
 // `task` must outlive what is returned.
 SystemSolves SolvesOf(Task& task, Observer& observer) {
   const bool y_counts = IsAlwaysLipschitz(task.plan.selection);
@@ -111,6 +116,7 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
       .break_points = BreakPoints(task.problem),
       .expected_order = ExpectedOrder(task),
       .event_driven_serves = !impacts,
+      .nodes_compared = NodesCompared(task),
       .trials = {
           .solve = [&task, &observer](const Grid& grid) { return SolveOnGrid(task, grid, observer); },
           .sizes = [&task, y_counts](const Solution& solution) { return SizesOf(task.problem, solution, y_counts); },
@@ -264,7 +270,7 @@ absl::Status EstimateError(Task& task, Solution& solution) {
     return absl::OkStatus();
   }
   const Grid& grid = task.plan.grid;
-  if (!FitsBeside(task, WithOtherSteps(grid, 2, kNodesKept),
+  if (!FitsBeside(task, WithOtherSteps(grid, 2, NodesCompared(task)),
                   BytesOf(solution) + sizeof(double) * 2.0 * grid.times.size())) {
     solution.accuracy.note = "No estimate: a second solve does not fit into max_memory together with the trajectory.";
     return absl::OkStatus();

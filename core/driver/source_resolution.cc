@@ -38,10 +38,12 @@ double LargestOfRegularSteps(const std::vector<Vector>& differences, Index i) {
 }  // namespace
 
 double UnresolvedSources(const Grid& grid, const Solution& solution, const SourcesAt& sources) {
-  constexpr Index kMaxSteps = 64;
+  constexpr Index kMinSteps = 16, kMaxSteps = 64, kMaxValues = 1 << 22;
   constexpr double kCoarse = 0.05;
   if (grid.num_steps() == 0 || solution.times.empty()) return 0;
-  const Index stride = (grid.num_steps() + kMaxSteps - 1) / kMaxSteps;
+  const Index values_of_step = 5 * (solution.x.rows() + solution.w.rows());
+  const Index most_steps = std::clamp(kMaxValues / values_of_step, kMinSteps, kMaxSteps);
+  const Index stride = (grid.num_steps() + most_steps - 1) / most_steps;
   std::vector<Vector> from_line, from_parabola;  // one for each step
   Vector largest;
   int points = 0;
@@ -81,20 +83,21 @@ double UnresolvedSources(const Grid& grid, const Solution& solution, const Sourc
   return unresolved;
 }
 
-ComponentValues MissedPulses(const Grid& grid, const Problem& problem, Sources& sources) {
+void AddMissedPulses(const Grid& grid, const Problem& problem, Sources& sources, Unresolved& unresolved) {
   // Where all of time is full of cells, it is not pulses that are missed: UnresolvedSources() sees that.
   const Index most_cells = 20 * (grid.num_steps() + 1000);
   const Index num_states = problem.num_states(), num_constraints = problem.num_constraints();
   const ResolvedCells::Points& points = ResolvedCells::PointsOfCell();
   ResolvedCells cells(problem);
-  if (cells.is_empty()) return {};
+  if (cells.is_empty()) return;
   const Vector ones = Vector::Ones(num_states);
   const Vector masses = problem.has_mass() ? Vector(problem.E.AbsTimes(ones)) : ones;  // lumped
   const Vector rates = problem.A.Diagonal().cwiseAbs().cwiseQuotient(masses);
-  ComponentValues missed{.x = Vector::Zero(num_states), .w = Vector::Zero(num_constraints)};
+  ComponentValues &missed = unresolved.missed, &all = unresolved.all;
+  missed = all = {.x = Vector::Zero(num_states), .w = Vector::Zero(num_constraints)};
   Vector f_left(num_states), f_middle(num_states), f_right(num_states), f(num_states);
   Vector g_left(num_constraints), g_middle(num_constraints), g_right(num_constraints), g(num_constraints);
-  Vector remembered = Vector::Zero(num_states);
+  Vector remembered = Vector::Zero(num_states), remembered_of_all = remembered;
   double last = 0;
   Index count = 0;
   for (Index k = 0; k < grid.num_steps() && count < most_cells; ++k) {
@@ -106,7 +109,9 @@ ComponentValues MissedPulses(const Grid& grid, const Problem& problem, Sources& 
     const auto inside = cells.CellsIn(begin, reached);
     if (inside.empty()) continue;
     count += static_cast<Index>(inside.size());
-    remembered.array() *= (-(end - last) * rates.array()).exp();
+    const Vector kept = (-(end - last) * rates.array()).exp();
+    remembered = remembered.cwiseProduct(kept);
+    remembered_of_all = remembered_of_all.cwiseProduct(kept);
     last = end;
     sources.F(begin, Side::kRight, f_left);
     sources.F(begin + (end - begin) / 2, Side::kRight, f_middle);
@@ -114,37 +119,40 @@ ComponentValues MissedPulses(const Grid& grid, const Problem& problem, Sources& 
     sources.G(begin, Side::kRight, g_left);
     sources.G(begin + (end - begin) / 2, Side::kRight, g_middle);
     sources.G(end, Side::kLeft, g_right);
-    Vector area = Vector::Zero(num_states);
+    Vector area = Vector::Zero(num_states), area_of_all = area;
     for (const auto& [from, to] : inside) {
       for (std::size_t j = 0; j < points.part.size(); ++j) {
         const double t = from + (to - from) * points.part[j], s = (t - begin) / (end - begin);
         const double of_left = (1 - s) * (1 - 2 * s), of_middle = 4 * s * (1 - s), of_right = s * (2 * s - 1);
         sources.F(t, Side::kLeft, f);
         sources.G(t, Side::kLeft, g);
+        area_of_all += (to - from) * points.weight[j] * f.cwiseAbs();
+        RaiseTo(g, all.w);
         area += (to - from) * points.weight[j] * (f - of_left * f_left - of_middle * f_middle - of_right * f_right);
         RaiseTo(g - of_left * g_left - of_middle * g_middle - of_right * g_right, missed.w);
       }
     }
     remembered += area.cwiseAbs().cwiseQuotient(masses);
+    remembered_of_all += area_of_all.cwiseQuotient(masses);
     RaiseTo(remembered, missed.x);
+    RaiseTo(remembered_of_all, all.x);
   }
-  return missed;
 }
 
 void CountUnresolved(const Unresolved& unresolved, Solution& solution) {
   constexpr double kSmallEnough = 1e-3;
   TrajectoryErrors& errors = solution.accuracy.errors;
   double part = unresolved.part > kSmallEnough ? unresolved.part : 0;
-  const auto count = [&part](const Vector& missed, ErrorsByCause& of_kind) {
-    if (missed.size() == 0 || of_kind.truncation.size() == 0) return;
-    for (Index i = 0; i < missed.size(); ++i) {
-      if (missed[i] > 0) part = std::max(part, missed[i] / std::max(missed[i], of_kind.own[i]));
+  const auto count = [&part](const Vector& missed, const Vector& all, ErrorsByCause& of_kind) {
+    for (Index i = 0; i < std::min(missed.size(), of_kind.truncation.size()); ++i) {
+      if (missed[i] == 0) continue;
+      const double of_size = missed[i] / std::max({missed[i], all[i], of_kind.own[i]});
+      part = std::max(part, of_size);
+      if (of_size > kSmallEnough) of_kind.truncation[i] = NanMax(of_kind.truncation[i], missed[i]);
     }
-    of_kind.truncation = NanMax(of_kind.truncation, missed);
   };
-  count(unresolved.missed.x, errors.x);
-  count(unresolved.missed.w, errors.w);
-  if (!(part > 0)) return;
+  count(unresolved.missed.x, unresolved.all.x, errors.x);
+  count(unresolved.missed.w, unresolved.all.w, errors.w);
   RaiseTruncation(part, errors);
   if (!(part > kSmallEnough)) return;
   solution.warnings.push_back("Inside the steps f or g differs by " + FormatNumber(part) +

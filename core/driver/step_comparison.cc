@@ -61,8 +61,8 @@ void CountSwitches(const SystemSolves& system, double ratio, const Solution& oth
 // Estimates the error by solves with twice and four times the step. Returns false, with the reason in the accuracy, if
 // they show nothing.
 absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& grid, Solution& solution) {
-  const Grid twice = WithOtherSteps(grid, 2, kNodesKept);
-  const Grid four_times = WithOtherSteps(grid, 4, kNodesKept);
+  const Grid twice = WithOtherSteps(grid, 2, system.nodes_compared);
+  const Grid four_times = WithOtherSteps(grid, 4, system.nodes_compared);
   // If the nodes that must stay are dense, hardly any step becomes longer.
   if (5 * four_times.num_steps() > 3 * grid.num_steps()) return false;
   absl::StatusOr<Solution> longer = system.trials.solve(twice);

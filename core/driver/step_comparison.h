@@ -19,6 +19,9 @@ namespace dlcs {
 
 // All nodes of grids up to this many steps are compared; of finer grids only the same nodes.
 inline constexpr Index kNodesKept = 4096;
+// Of solves that form the states only at output nodes, which costs as much as many steps: an estimate costs no more
+// than its solve.
+inline constexpr Index kFormedNodesKept = 16;
 
 // The solves that EstimateError() and SolveAsAsked() are made of, for any kind of problem.
 struct SystemSolves {
@@ -26,6 +29,7 @@ struct SystemSolves {
   std::vector<double> break_points;
   double expected_order = 2;
   bool event_driven_serves = true;  // it may be recommended
+  Index nodes_compared = kNodesKept;  // of the solves that CompareSteps() adds
   TrialSolves trials;
   // Returns the grid of the first trial for a grid of equal steps; empty if that is the same.
   std::function<Grid(const Grid&)> grade = {};
