@@ -190,6 +190,11 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
   const bool is_whole = s_end == 1;
   Matrix left_inside = Matrix::Zero(rounding.size(), 1);
   Vector inside = step.x_unsettled;
+  // The rounding of a row is another one at each time, and so not what the samples make of one that stays. Its state
+  // keeps it for as long as its own equation does.
+  if (mode.is_explicit()) {
+    inside += step.row_noise.cwiseQuotient(Vector(mode.F.diagonal().cwiseAbs().array() + 2 / sources.length));
+  }
   if (is_whole) {
     left_inside = step.left.lazyProduct(LooksBefore(s_end));
     inside += RowMaxAbs(left_inside) + step.x_hidden;

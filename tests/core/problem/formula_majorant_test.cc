@@ -15,7 +15,7 @@
 namespace dlcs {
 namespace {
 
-double Evaluate(const FormulaTree& tree, double t) {
+double ValueOfTree(const FormulaTree& tree, double t) {
   std::vector<double> values;
   for (const FormulaStep& step : tree.steps) {
     const auto value = [&](int of) { return of < 0 ? 0 : values[static_cast<std::size_t>(of)]; };
@@ -40,7 +40,7 @@ Interpolated Interpolate(const FormulaTree& tree, double lo, double hi, int poin
     const double angle = std::numbers::pi * (2 * k + 1) / (2 * points);
     nodes.push_back(std::cos(angle));
     weights.push_back((k % 2 == 0 ? 1 : -1) * std::sin(angle));
-    values.push_back(Evaluate(tree, time(nodes.back())));
+    values.push_back(ValueOfTree(tree, time(nodes.back())));
   }
   Interpolated result;
   for (int j = 0; j <= 100; ++j) {
@@ -50,26 +50,28 @@ Interpolated Interpolate(const FormulaTree& tree, double lo, double hi, int poin
       above += weights[k] / (s - nodes[k]) * values[k];
       below += weights[k] / (s - nodes[k]);
     }
-    const double value = Evaluate(tree, time(s));
+    const double value = ValueOfTree(tree, time(s));
     result.error = std::max(result.error, std::abs(value - above / below));
     result.size = std::max(result.size, std::abs(value));
   }
   return result;
 }
 
-struct Case {
+struct FormulaOnInterval {
   const char* formula;
   double lo, hi;
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.formula << " on [" << c.lo << ", " << c.hi << "]"; }
+void PrintTo(const FormulaOnInterval& c, std::ostream* out) {
+  *out << c.formula << " on [" << c.lo << ", " << c.hi << "]";
+}
 
-class FormulaMajorantTest : public ::testing::TestWithParam<Case> {};
+class FormulaMajorantTest : public ::testing::TestWithParam<FormulaOnInterval> {};
 
 // No interpolant is farther from the formula than its bound, whatever its degree. And the last one that is above
 // rounding would not be nearer than its bound on an interval twice as long.
 TEST_P(FormulaMajorantTest, BoundsTheErrorOfInterpolation) {
-  const Case& c = GetParam();
+  const FormulaOnInterval& c = GetParam();
   const absl::StatusOr<FormulaTree> tree = ReadFormula(c.formula);
   ASSERT_TRUE(tree.ok()) << tree.status();
   FormulaMajorant majorant(*tree);
@@ -85,7 +87,7 @@ TEST_P(FormulaMajorantTest, BoundsTheErrorOfInterpolation) {
   EXPECT_LE(bound_of_twice, 1);
 }
 
-std::string NameOf(const ::testing::TestParamInfo<Case>& info) {
+std::string NameOfFormula(const ::testing::TestParamInfo<FormulaOnInterval>& info) {
   std::string name;
   for (const char* c = info.param.formula; *c != 0; ++c) {
     if (std::isalnum(static_cast<unsigned char>(*c)) != 0) name += *c;
@@ -95,16 +97,20 @@ std::string NameOf(const ::testing::TestParamInfo<Case>& info) {
 
 INSTANTIATE_TEST_SUITE_P(
     Formulas, FormulaMajorantTest,
-    ::testing::Values(Case{"sin(3*t)", 0, 2}, Case{"cos(40*t + 1)", 0.1, 0.15}, Case{"exp(-t)*cos(2*t)", 0.5, 1.5},
-                      Case{"exp(-50*(t - 0.3)**2)", 0.2, 0.4}, Case{"cos(t)**200", -0.1, 0.1},
-                      Case{"cos(t)**7", 1.4, 1.8}, Case{"1/(1 + t)", 0, 0.5}, Case{"t/(1 + t*t)", 0, 0.5},
-                      Case{"sqrt(1 + t)", 0, 0.5}, Case{"(2 + t)**-1.5", 0, 1}, Case{"(1 + t)**sin(t)", 0.1, 0.4},
-                      Case{"log(1 + t)", 0.2, 0.6}, Case{"log10(3 + cos(t))", 0.2, 0.6}, Case{"atan(3*t)", 0.1, 0.2},
-                      Case{"asin(t)", 0.1, 0.4}, Case{"acos(t/2)", -0.4, 0.4}, Case{"tan(t)", 0.3, 0.7},
-                      Case{"tanh(2*t)", 0.3, 0.7}, Case{"sinh(t) - cosh(t/3)", 0, 1}, Case{"max(t, sin(t) + 3)", 0, 1},
-                      Case{"abs(t - 3)*exp(t)", 0, 1}, Case{"floor(t)*exp(t) + (t < 5)", 1, 1.9},
-                      Case{"t**5 - 3*t**3 + 1", -1, 1}),
-    NameOf);
+    ::testing::Values(FormulaOnInterval{"sin(3*t)", 0, 2}, FormulaOnInterval{"cos(40*t + 1)", 0.1, 0.15},
+                      FormulaOnInterval{"exp(-t)*cos(2*t)", 0.5, 1.5},
+                      FormulaOnInterval{"exp(-50*(t - 0.3)**2)", 0.2, 0.4}, FormulaOnInterval{"cos(t)**200", -0.1, 0.1},
+                      FormulaOnInterval{"cos(t)**7", 1.4, 1.8}, FormulaOnInterval{"1/(1 + t)", 0, 0.5},
+                      FormulaOnInterval{"t/(1 + t*t)", 0, 0.5}, FormulaOnInterval{"sqrt(1 + t)", 0, 0.5},
+                      FormulaOnInterval{"(2 + t)**-1.5", 0, 1}, FormulaOnInterval{"(1 + t)**sin(t)", 0.1, 0.4},
+                      FormulaOnInterval{"log(1 + t)", 0.2, 0.6}, FormulaOnInterval{"log10(3 + cos(t))", 0.2, 0.6},
+                      FormulaOnInterval{"atan(3*t)", 0.1, 0.2}, FormulaOnInterval{"asin(t)", 0.1, 0.4},
+                      FormulaOnInterval{"acos(t/2)", -0.4, 0.4}, FormulaOnInterval{"tan(t)", 0.3, 0.7},
+                      FormulaOnInterval{"tanh(2*t)", 0.3, 0.7}, FormulaOnInterval{"sinh(t) - cosh(t/3)", 0, 1},
+                      FormulaOnInterval{"max(t, sin(t) + 3)", 0, 1}, FormulaOnInterval{"abs(t - 3)*exp(t)", 0, 1},
+                      FormulaOnInterval{"floor(t)*exp(t) + (t < 5)", 1, 1.9},
+                      FormulaOnInterval{"t**5 - 3*t**3 + 1", -1, 1}),
+    NameOfFormula);
 
 TEST(FormulaMajorantTest, IsNotFiniteWhereThereIsNoDerivative) {
   for (const char* formula : {"sqrt(t)", "1/t", "log(t)", "t**0.5", "asin(1 - t)", "sqrt(1 - cos(t))"}) {
