@@ -84,28 +84,36 @@ std::vector<double> ResolvedCells::TimesToCheck(double begin, double end) const 
 
 // Up to twice as long as the last one, halved until it is resolved.
 void ResolvedCells::AddCell() {
+  // Singular cells are not cut further: the nearest to 0 that time is known, beside T.
   const double shortest = std::numeric_limits<double>::epsilon() * horizon_;
   const double lo = ends_.back();
   const double next_break = *std::upper_bound(breaks_.begin(), breaks_.end(), lo);
   const double twice = ends_.size() > 1 ? 2 * (lo - *(ends_.end() - 2)) : horizon_;
-  const auto is_singular_at = [&](double t) { return Resolve(t, t + shortest) == Resolution::kSingular; };
-  // Rounding may hide an operand for long, as that of the root in sqrt(1 - cos(t)) near 0: shorter cells show no more.
-  const auto is_hidden = [&](double from, double to) {
-    return is_singular_at(from) && is_singular_at(from + (to - from) / 2) && is_singular_at(to - shortest);
-  };
   double hi = lo + twice < next_break ? lo + twice : next_break;
   while (true) {
     const Resolution resolution = Resolve(lo, hi);
     const double middle = lo + (hi - lo) / 2;
-    const bool is_shortest = hi - lo <= shortest || !(lo < middle && middle < hi);
-    if (resolution == Resolution::kResolved || is_shortest) break;
-    if (resolution == Resolution::kSingular && is_hidden(lo, hi)) break;
+    if (resolution == Resolution::kResolved || !(lo < middle && middle < hi)) break;
+    if (resolution == Resolution::kSingular && (hi - lo <= shortest || IsHidden(lo, hi))) break;
     hi = middle;
   }
   ends_.push_back(hi);
   for (Source& source : sources_) {
-    if (source.IsValidIn(lo, hi)) source.size = std::max(source.size, source.value);
+    if (source.IsOf(lo, hi)) source.size = std::max(source.size, source.value);
   }
+}
+
+// Whether rounding hides an operand all over a cell, as that of the root in sqrt(1 - cos(t)) near 0: shorter cells show
+// no more than the values in this one. It is not longer than a part of T, so that it has such values.
+bool ResolvedCells::IsHidden(double lo, double hi) {
+  constexpr double kParts = 1024;
+  constexpr int kLooks = 2 * kLegendreSize;
+  if (hi - lo > horizon_ / kParts) return false;
+  for (int look = 0; look < kLooks; ++look) {
+    const double t = lo + WeylValue(look) * (hi - lo);
+    if (Resolve(t, std::nextafter(t, HUGE_VAL)) != Resolution::kSingular) return false;
+  }
+  return true;
 }
 
 ResolvedCells::Resolution ResolvedCells::Resolve(double lo, double hi) {
@@ -114,7 +122,7 @@ ResolvedCells::Resolution ResolvedCells::Resolve(double lo, double hi) {
   for (std::size_t k = 0; k < sources_.size(); ++k) {
     // The one that was too coarse last is likely to be it again.
     Source& source = sources_[k == 0 ? coarsest_ : k <= coarsest_ ? k - 1 : k];
-    if (!source.IsValidIn(lo, hi)) continue;
+    if (!source.IsOf(lo, hi)) continue;
     source.majorant.Evaluate(lo, hi);
     source.value = source.majorant.value_at_middle();
     if (!std::isfinite(source.value)) source.value = 0;
@@ -127,14 +135,6 @@ ResolvedCells::Resolution ResolvedCells::Resolve(double lo, double hi) {
     worst = Resolution::kSingular;
   }
   return worst;
-}
-
-// Whether the source is a formula whose switches are known on all of [lo, hi], which has no break point inside.
-bool ResolvedCells::Source::IsValidIn(double lo, double hi) const {
-  if (!(from <= lo && hi <= to)) return false;
-  const FormulaSwitching& switching = formula->switching;
-  const auto interval = std::upper_bound(switching.times.begin(), switching.times.end(), lo) - switching.times.begin();
-  return !std::isnan(switching.inside[static_cast<std::size_t>(interval)]);
 }
 
 std::vector<double> ProbeTimes(const Problem& problem) {

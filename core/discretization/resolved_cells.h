@@ -60,12 +60,13 @@ class ResolvedCells {
     double value = 0;         // in the middle of the last interval
     double size = 0;          // the largest value so far
 
-    bool IsValidIn(double lo, double hi) const;
+    bool IsOf(double lo, double hi) const { return from <= lo && hi <= to; }
   };
   enum class Resolution { kResolved, kSingular, kTooCoarse };
 
   void Add(const Problem& problem, const TimeFunction& function);
   void AddCell();
+  bool IsHidden(double lo, double hi);
   Resolution Resolve(double lo, double hi);
 
   std::vector<Source> sources_;

@@ -2,6 +2,7 @@
 #include "core/driver/source_resolution.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -100,7 +101,11 @@ void AddMissedPulses(const Grid& grid, const Problem& problem, Sources& sources,
   Vector remembered = Vector::Zero(num_states), remembered_of_all = remembered;
   double last = 0;
   Index count = 0;
-  for (Index k = 0; k < grid.num_steps() && count < most_cells; ++k) {
+  for (Index k = 0; k < grid.num_steps(); ++k) {
+    if (count >= most_cells) {
+      unresolved.searched = grid.times[static_cast<std::size_t>(k)];
+      break;
+    }
     const double begin = grid.times[static_cast<std::size_t>(k)], end = grid.times[static_cast<std::size_t>(k) + 1];
     double reached = begin;
     for (Index made = 0; reached < end && count + made < most_cells; made += ResolvedCells::kMostOfAStep) {
@@ -151,6 +156,10 @@ void CountUnresolved(const Unresolved& unresolved, Solution& solution) {
       if (of_size > kSmallEnough) of_kind.truncation[i] = NanMax(of_kind.truncation[i], missed[i]);
     }
   };
+  if (std::isfinite(unresolved.searched)) {
+    solution.warnings.push_back("f and g vary so fast that they were searched for short pulses only until t = " +
+                                FormatNumber(unresolved.searched) + ": what steps miss behind it is not in the error.");
+  }
   count(unresolved.missed.x, unresolved.all.x, errors.x);
   count(unresolved.missed.w, unresolved.all.w, errors.w);
   RaiseTruncation(part, errors);

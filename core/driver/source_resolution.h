@@ -5,6 +5,7 @@
 #define DLCS_CORE_DRIVER_SOURCE_RESOLUTION_H_
 
 #include <functional>
+#include <limits>
 #include <string>
 
 #include "core/context/component_errors.h"
@@ -37,6 +38,7 @@ struct Unresolved {
   // rate |A_ii|, per mass, each w_i by the largest value of g_i that they miss. And the same of all that f and g are
   // there. Empty if nothing is missed.
   ComponentValues missed = {}, all = {};
+  double searched = std::numeric_limits<double>::infinity();  // until when
 };
 
 // Adds what is missed in cells, so that a pulse that lies between all nodes of all grids is not overlooked. Cost: 13

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/context/consistency.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/linalg/balance.h"
 #include "core/linalg/norms.h"
 
@@ -427,6 +428,7 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   if (s_end < 1) LimitSizes(sources_, s_end, step_);
   search_.Lasted(*mode_);
   output_.AddSmooth(x_, sources_, step_, mode_->active, end, s_end);
+  if (t_ == 0) begin_error_ = ErrorOfStart();
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
   const ErrorGrowth::ByCause of_state = errors_.InGuards(*mode_);
@@ -463,6 +465,25 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   may_start_below_ = false;
   gap_.reset();
   event_step_.reset();
+}
+
+// How far the time of the start is known: where N x0 + g moves through a zero that is one to rounding, the true one may
+// be a little later, and the pair only then become active or leave.
+double EventDrivenLoop::ErrorOfStart() const {
+  const LegendreVector at_begin = LegendreValues(-1);
+  const Vector guards = ValueOf(step_.guard.values, at_begin);
+  const Vector slopes = 2 / sources_.length * ValueOf(step_.guard.values, LegendreSlopes(at_begin));
+  const std::vector<Index>& active = mode_->active;
+  Vector of_y = Vector::Zero(slopes.size()), speeds = slopes;
+  of_y(active) = slopes(active);
+  speeds(active) = Vector(problem_.M * of_y)(active);
+  double error = 0;
+  for (Index i = 0; i < guards.size(); ++i) {
+    const double rounding = kLcpTolerance * context_.row_size[i], speed = std::abs(speeds[i]);
+    const bool is_zero = std::abs(guards[i]) <= step_.guard.noise[i];
+    if (is_zero && rounding < speed * sources_.length) error = std::max(error, rounding / speed);
+  }
+  return error;
 }
 
 // Raises the sizes of the outputs to those on the step, up to `s_end`.

@@ -65,6 +65,7 @@ class EventDrivenLoop {
   bool IsBeyondWork() const;
   Progressed FailNonFinite();
   DataSizes SizesSoFar() const;
+  double ErrorOfStart() const;
   void MeasureOutputs(double s_end);
   void NoteInterval(double end, const Mode* mode);
   void Record(const EventOutput::SmoothInterval& interval);

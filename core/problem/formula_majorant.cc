@@ -14,6 +14,10 @@ using enum FormulaOperation;
 
 constexpr int kOrder = TaylorBounds::kOrder;
 
+// A part of a formula that is nowhere larger is zero to the whole, whose values are larger by far more than an ulp. So
+// what overflows in a denominator, or vanishes in an exponential, has no derivatives to bound.
+constexpr double kVanishes = 1e-200;
+
 double Largest(Interval a) {
   return a.is_empty() ? std::numeric_limits<double>::infinity() : std::max(std::abs(a.lo), std::abs(a.hi));
 }
@@ -190,8 +194,9 @@ void FormulaMajorant::Evaluate(double lo, double hi) {
   enclosure_.Evaluate(lo, lo + (hi - lo) / 2, hi);
   for (std::size_t i = 0; i < bounds_.size(); ++i) {
     const int step = static_cast<int>(i);
-    bounds_[i] = BoundsOf(step, (hi - lo) / 2);
-    bounds_[i][0] = Largest(enclosure_.value(step));
+    const double largest = Largest(enclosure_.value(step));
+    bounds_[i] = largest <= kVanishes ? TaylorBounds() : BoundsOf(step, (hi - lo) / 2);
+    bounds_[i][0] = largest;
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -218,6 +219,27 @@ TEST(RepelledStartsTest, EndWithTheirMode) {
   for (int step = 0; step < 3; ++step) {
     EXPECT_EQ(starts.Follow(0, zero, 15, 1e-16, 1), 0);
     starts.End(0);
+  }
+}
+
+// w = x - 0.3 + y/2 falls from zero at the given speed, or from what rounding makes of zero: then y is active a
+// rounding later.
+TEST(StartsAtTheEdgeTest, HaveTheErrorOfRoundingOverSpeed) {
+  for (const double speed : {1e-3, 1.0, 1e6}) {
+    SCOPED_TRACE(speed);
+    Problem problem = testing::Scalar(0, -0.3, 0.3, 1);
+    problem.B(0, 0) = 0.5;
+    problem.N(0, 0) = 1;
+    problem.M(0, 0) = 0.5;
+    problem.f = TimeFunction::Constant(Vector::Constant(1, -speed));
+    const Solution solution = SolveAt(problem, 1e-9);
+    ASSERT_FALSE(solution.switching_times.empty());
+    EXPECT_EQ(solution.switching_times[0].time, 0);
+    EXPECT_EQ(solution.switching_times[0].entering.size(), 1u);
+    EXPECT_GE(solution.switching_times[0].error, 0.3 * std::numeric_limits<double>::epsilon() / speed);
+    EXPECT_LE(solution.switching_times[0].error, std::max(1e-13 / speed, 1e-17));
+    problem.x0[0] = 0.5;
+    EXPECT_LE(SolveAt(problem, 1e-9).switching_times[0].error, 1e-16);
   }
 }
 

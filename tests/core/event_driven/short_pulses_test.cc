@@ -54,6 +54,20 @@ TEST(ShortPulseTest, OfOneIsNotMissedHoweverShortItIs) {
   }
 }
 
+// Where a part of the formula overflows or vanishes beside the pulse, and where others have singular points, or switches
+// that rounding hides.
+TEST(ShortPulseTest, OfOneIsNotMissedBesideAnything) {
+  const double pi = std::numbers::pi, gaussian = std::sqrt(pi);
+  const std::string pulse = "1e6*exp(-((t - 0.5123)/1e-6)**2)";
+  EXPECT_NEAR(AreaUnder("1 + 100/cosh(1000*(t - 3))**2", 10), 10.2, 1e-7);
+  EXPECT_NEAR(AreaUnder("1 + 1e5/(exp(1e5*(t - 0.3)) + exp(-1e5*(t - 0.3)))", 1), 1 + pi / 2, 1e-8);
+  EXPECT_NEAR(AreaUnder("3 - 1e5/exp(((t - 0.3)/1e-5)**2)", 1), 3 - gaussian, 1e-8);
+  EXPECT_NEAR(AreaUnder("sqrt(sin(100*pi*t)**2) + " + pulse, 1), 2 / pi + gaussian, 1e-7);
+  EXPECT_NEAR(AreaUnder("asin(cos(8*pi*t)) + " + pulse, 1), gaussian, 1e-7);
+  EXPECT_NEAR(AreaUnder("abs(cos(t)**2 + sin(t)**2 - 1) + " + pulse, 1), gaussian, 1e-7);
+  EXPECT_NEAR(AreaUnder("exp(-1/t) + " + pulse, 1), gaussian + 0.14849550677592205, 1e-7);  // the exponential integral
+}
+
 // Its root is hidden by rounding near the zeros of the operand.
 TEST(ShortPulseTest, ARootThatTouchesZeroIsSolved) {
   EXPECT_NEAR(AreaUnder("sqrt(1 - cos(t))", 6 * std::numbers::pi), 12 * std::numbers::sqrt2, 1e-6);
