@@ -47,7 +47,7 @@ class ModeStepper {
     // state what was subtracted, ...
     Vector layer;
     Eigen::VectorXcd layer_parts;  // ... and of each component of the triangular form; may be empty where it is zero.
-    // The states that are zero, since nothing that is not zero reaches them.
+    // The states that are zero, since nothing that is not zero reaches them; known where E is not the identity.
     std::vector<Index> unreached;
     // The size of layers that may be rounding and were left in x, as far as its last coefficients show them.
     Vector kept_layer;

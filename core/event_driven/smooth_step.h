@@ -51,7 +51,7 @@ struct SmoothStep {
   LegendreSeries left;           // what the refinement of x left, with its signs
   Vector x_hidden;               // last coefficients that may be rounding, and were taken for no sign of x_tail
   Matrix rounding_at_end;        // m × 2: with signs, as Magnitudes::rounding
-  std::vector<Index> unreached;  // states that are zero, since nothing that is not zero reaches them
+  std::vector<Index> unreached;  // as ModeStepper::Solution::unreached
   // For the step of full length, with its mode: propagates errors.
   std::shared_ptr<const ModeStepper> stepper;
   // Bounds of the errors of the equations of the mode, for each row: from the interpolation of the sources, and from

@@ -23,7 +23,8 @@ class StepLength {
   void BeginWith(const Mode& mode);
   // A step of `length` was accurate up to its end.
   void Accept(double length, double error_ratio);
-  // The length with which to repeat a step of `length` that was not accurate, at least `shortest`.
+  // The length with which to repeat a step of `length` that was not accurate; that in which a layer settles is
+  // at least `shortest`.
   double AfterError(const SmoothStep& step, double length, double shortest);
   // A step is repeated with this length. Returns how many were repeated in a row.
   int Shorten(double length);

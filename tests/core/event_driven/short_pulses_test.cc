@@ -54,8 +54,8 @@ TEST(ShortPulseTest, OfOneIsNotMissedHoweverShortItIs) {
   }
 }
 
-// Where a part of the formula overflows or vanishes beside the pulse, and where others have singular points, or switches
-// that rounding hides.
+// Where a part of the formula overflows or vanishes beside the pulse, and where others have singular points, or
+// switches that rounding hides.
 TEST(ShortPulseTest, OfOneIsNotMissedBesideAnything) {
   const double pi = std::numbers::pi, gaussian = std::sqrt(pi);
   const std::string pulse = "1e6*exp(-((t - 0.5123)/1e-6)**2)";
