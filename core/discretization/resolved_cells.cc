@@ -11,6 +11,7 @@
 #include "core/problem/formula_switching.h"
 
 namespace dlcs {
+
 ResolvedCells::ResolvedCells(const Problem& problem) : breaks_(BreakPoints(problem)), horizon_(problem.horizon) {
   breaks_.push_back(problem.horizon);
   Add(problem, problem.f);
@@ -32,13 +33,12 @@ void ResolvedCells::Add(const Problem& problem, const TimeFunction& function) {
 }
 
 double ResolvedCells::Reach(double begin, double end) {
-  constexpr std::ptrdiff_t kMost = kMostOfAStep;
   if (sources_.empty()) return end;
   const auto cells_behind = [&] { return ends_.end() - std::upper_bound(ends_.begin(), ends_.end(), begin); };
   if (ends_.back() < begin) ends_ = {begin};  // steps of first order have passed
-  while (ends_.back() < end && cells_behind() < kMost) AddCell();
+  while (ends_.back() < end && cells_behind() < kMostOfAStep) AddCell();
   const std::ptrdiff_t count = cells_behind();
-  return count < kMost ? end : std::min(end, *(ends_.end() - count + kMost - 1));
+  return count < kMostOfAStep ? end : std::min(end, *(ends_.end() - count + kMostOfAStep - 1));
 }
 
 std::size_t ResolvedCells::CountUntil(double t) const {
@@ -84,7 +84,7 @@ std::vector<double> ResolvedCells::TimesToCheck(double begin, double end) const 
 
 // Up to twice as long as the last one, halved until it is resolved.
 void ResolvedCells::AddCell() {
-  // Singular cells are not cut further: the nearest to 0 that time is known, beside T.
+  // Singular cells are not cut further: an ulp of T.
   const double shortest = std::numeric_limits<double>::epsilon() * horizon_;
   const double lo = ends_.back();
   const double next_break = *std::upper_bound(breaks_.begin(), breaks_.end(), lo);
@@ -104,7 +104,8 @@ void ResolvedCells::AddCell() {
 }
 
 // Whether rounding hides an operand all over a cell, as that of the root in sqrt(1 - cos(t)) near 0: shorter cells show
-// no more than the values in this one. It is not longer than a part of T, so that it has such values.
+// no more than the values in this one. It is not longer than a part of T, so that there are enough of them; see
+// ShortPulseTest.OfOneIsNotMissedBesideAnything.
 bool ResolvedCells::IsHidden(double lo, double hi) {
   constexpr double kParts = 1024;
   constexpr int kLooks = 2 * kLegendreSize;

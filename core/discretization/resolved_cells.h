@@ -5,6 +5,7 @@
 #define DLCS_CORE_DISCRETIZATION_RESOLVED_CELLS_H_
 
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -20,11 +21,14 @@ namespace dlcs {
 // TaylorBounds::kOrder - 1 by less than the rounding of the largest value that it has had so far. This is proven by
 // bounds of its derivatives (core/problem/formula_majorant.h), not seen in values: a pulse has cells shorter than
 // itself however short it is. Sources that are not formulas have no cells: they are linear or polynomials between known
-// times. Neither have formulas on intervals in which their switches could not be found (FormulaSwitching::inside).
+// times. Where the switches of a formula could not be found (FormulaSwitching::inside), since rounding hides them,
+// cells are those of its smooth parts, and ProbeTimes() are checked besides.
 class ResolvedCells {
  public:
   // The valid problem's formulas are analyzed, or their analysis is found in the cache; see AnalyzeFormula().
   explicit ResolvedCells(const Problem& problem);
+  // No cells, as of a problem without formulas.
+  ResolvedCells() = default;
 
   // Whether no source is a formula in t.
   bool is_empty() const { return sources_.empty(); }
@@ -35,7 +39,7 @@ class ResolvedCells {
   double Reach(double begin, double end);
   // A polynomial of degree K that is right in so many cells has none of the features that made them short, beyond what
   // is allowed. So a step is not cut where it matters, and the work of making cells is bounded by that of steps.
-  static constexpr Index kMostOfAStep = 64;
+  static constexpr std::ptrdiff_t kMostOfAStep = 64;
 
   // How many cells, of those made so far, end before `t`.
   std::size_t CountUntil(double t) const;
@@ -71,7 +75,7 @@ class ResolvedCells {
 
   std::vector<Source> sources_;
   std::vector<double> breaks_;  // with the horizon
-  double horizon_;
+  double horizon_ = 0;
   std::vector<double> ends_{0.0};  // of the cells, increasing
   std::vector<double> probes_;
   std::size_t coarsest_ = 0;  // the source that was too coarse last

@@ -35,8 +35,8 @@ struct StepSources {
 
 class SourceSampler {
  public:
-  // Keeps a reference to `sources`, those of `problem`.
-  SourceSampler(const Problem& problem, Sources& sources) : sources_(sources), cells_(problem) {}
+  // Keeps a reference to `sources`. `cells`, those of the same problem, are what Reach() and Probe() use.
+  explicit SourceSampler(Sources& sources, ResolvedCells cells = {}) : sources_(sources), cells_(std::move(cells)) {}
 
   // Where a step from `begin` that should end at `end` has to end for Probe() to see all of f and g: at `end`, or
   // before.

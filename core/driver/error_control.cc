@@ -74,16 +74,16 @@ std::function<Unresolved(const Grid&, const Solution&)> UnresolvedSourcesOf(cons
   return [&problem, sources](const Grid& grid, const Solution& solution) {
     if (!sources->ok()) return Unresolved();
     if ((*sources)->FIsSteady(0, problem.horizon) && (*sources)->GIsSteady(0, problem.horizon)) return Unresolved();
-    SourceSampler sampler(problem, **sources);
+    SourceSampler sampler(**sources);
     const Index num_states = problem.num_states(), num_constraints = problem.num_constraints();
-    Unresolved unresolved;
-    unresolved.part = UnresolvedSources(grid, solution, [&](double t, Side side, Index) {
+    const SourcesAt both_at = [&](double t, Side side, Index) {
       Vector both(num_states + num_constraints);
       sampler.F(t, side, both.head(num_states));
       sampler.G(t, side, both.tail(num_constraints));
       return both;
-    });
-    AddMissedPulses(grid, problem, **sources, unresolved);
+    };
+    Unresolved unresolved{.part = UnresolvedSources(grid, solution, both_at)};
+    AddMissedPulses(grid, problem, both_at, unresolved);
     return unresolved;
   };
 }

@@ -36,6 +36,21 @@ double LargestOfRegularSteps(const std::vector<Vector>& differences, Index i) {
   return of_steps[static_cast<std::size_t>(rank)];
 }
 
+// The parabola through the values at the ends and the middle of a step.
+struct StepParabola {
+  StepParabola(const SourcesAt& sources, double begin, double end, Index column)
+      : left(sources(begin, Side::kRight, column)),
+        middle(sources(0.5 * (begin + end), Side::kRight, column)),
+        right(sources(end, Side::kLeft, column)) {}
+
+  // How far `value` is from it at the part s of the step.
+  Vector DistanceOf(const Vector& value, double s) const {
+    return value - (1 - s) * (1 - 2 * s) * left - 4 * s * (1 - s) * middle - s * (2 * s - 1) * right;
+  }
+
+  Vector left, middle, right;
+};
+
 }  // namespace
 
 double UnresolvedSources(const Grid& grid, const Solution& solution, const SourcesAt& sources) {
@@ -51,8 +66,8 @@ double UnresolvedSources(const Grid& grid, const Solution& solution, const Sourc
   for (Index k = 0; k < grid.num_steps(); k += stride) {
     const double begin = grid.times[static_cast<std::size_t>(k)], end = grid.times[static_cast<std::size_t>(k) + 1];
     const Index column = ColumnAt(begin, solution.times);
-    const Vector left = sources(begin, Side::kRight, column), right = sources(end, Side::kLeft, column);
-    const Vector middle = sources(0.5 * (begin + end), Side::kRight, column);
+    const StepParabola parabola(sources, begin, end, column);
+    const Vector &left = parabola.left, &middle = parabola.middle, &right = parabola.right;
     if (largest.size() == 0) largest = Vector::Zero(left.size());
     RaiseTo(left, largest);
     RaiseTo(right, largest);
@@ -65,8 +80,7 @@ double UnresolvedSources(const Grid& grid, const Solution& solution, const Sourc
       const Vector inside = sources(begin + s * (end - begin), Side::kRight, column);
       RaiseTo(inside, largest);
       RaiseTo(inside - (1 - s) * left - s * right, from_line.back());
-      RaiseTo(inside - (1 - s) * (1 - 2 * s) * left - 4 * s * (1 - s) * middle - s * (2 * s - 1) * right,
-              from_parabola.back());
+      RaiseTo(parabola.DistanceOf(inside, s), from_parabola.back());
     }
   }
   double unresolved = 0;
@@ -84,7 +98,7 @@ double UnresolvedSources(const Grid& grid, const Solution& solution, const Sourc
   return unresolved;
 }
 
-void AddMissedPulses(const Grid& grid, const Problem& problem, Sources& sources, Unresolved& unresolved) {
+void AddMissedPulses(const Grid& grid, const Problem& problem, const SourcesAt& sources, Unresolved& unresolved) {
   // Where all of time is full of cells, it is not pulses that are missed: UnresolvedSources() sees that.
   const Index most_cells = 20 * (grid.num_steps() + 1000);
   const Index num_states = problem.num_states(), num_constraints = problem.num_constraints();
@@ -96,8 +110,6 @@ void AddMissedPulses(const Grid& grid, const Problem& problem, Sources& sources,
   const Vector rates = problem.A.Diagonal().cwiseAbs().cwiseQuotient(masses);
   ComponentValues &missed = unresolved.missed, &all = unresolved.all;
   missed = all = {.x = Vector::Zero(num_states), .w = Vector::Zero(num_constraints)};
-  Vector f_left(num_states), f_middle(num_states), f_right(num_states), f(num_states);
-  Vector g_left(num_constraints), g_middle(num_constraints), g_right(num_constraints), g(num_constraints);
   Vector remembered = Vector::Zero(num_states), remembered_of_all = remembered;
   double last = 0;
   Index count = 0;
@@ -118,23 +130,17 @@ void AddMissedPulses(const Grid& grid, const Problem& problem, Sources& sources,
     remembered = remembered.cwiseProduct(kept);
     remembered_of_all = remembered_of_all.cwiseProduct(kept);
     last = end;
-    sources.F(begin, Side::kRight, f_left);
-    sources.F(begin + (end - begin) / 2, Side::kRight, f_middle);
-    sources.F(end, Side::kLeft, f_right);
-    sources.G(begin, Side::kRight, g_left);
-    sources.G(begin + (end - begin) / 2, Side::kRight, g_middle);
-    sources.G(end, Side::kLeft, g_right);
+    const StepParabola parabola(sources, begin, end, 0);
     Vector area = Vector::Zero(num_states), area_of_all = area;
     for (const auto& [from, to] : inside) {
       for (std::size_t j = 0; j < points.part.size(); ++j) {
-        const double t = from + (to - from) * points.part[j], s = (t - begin) / (end - begin);
-        const double of_left = (1 - s) * (1 - 2 * s), of_middle = 4 * s * (1 - s), of_right = s * (2 * s - 1);
-        sources.F(t, Side::kLeft, f);
-        sources.G(t, Side::kLeft, g);
-        area_of_all += (to - from) * points.weight[j] * f.cwiseAbs();
-        RaiseTo(g, all.w);
-        area += (to - from) * points.weight[j] * (f - of_left * f_left - of_middle * f_middle - of_right * f_right);
-        RaiseTo(g - of_left * g_left - of_middle * g_middle - of_right * g_right, missed.w);
+        const double t = from + (to - from) * points.part[j], weight = (to - from) * points.weight[j];
+        const Vector both = sources(t, Side::kLeft, 0);
+        const Vector distance = parabola.DistanceOf(both, (t - begin) / (end - begin));
+        area_of_all += weight * both.head(num_states).cwiseAbs();
+        area += weight * distance.head(num_states);
+        RaiseTo(both.tail(num_constraints), all.w);
+        RaiseTo(distance.tail(num_constraints), missed.w);
       }
     }
     remembered += area.cwiseAbs().cwiseQuotient(masses);

@@ -10,7 +10,6 @@
 
 #include "core/context/component_errors.h"
 #include "core/discretization/grid.h"
-#include "core/discretization/sources.h"
 #include "core/problem/problem.h"
 #include "core/problem/solution.h"
 #include "core/problem/time_axis.h"
@@ -43,7 +42,7 @@ struct Unresolved {
 
 // Adds what is missed in cells, so that a pulse that lies between all nodes of all grids is not overlooked. Cost: 13
 // values of f and g for each cell, of some 20 for each step.
-void AddMissedPulses(const Grid& grid, const Problem& problem, Sources& sources, Unresolved& unresolved);
+void AddMissedPulses(const Grid& grid, const Problem& problem, const SourcesAt& sources, Unresolved& unresolved);
 
 // Raises the error of `solution` to what is `unresolved`. If its part is larger than what is small enough to leave the
 // rest to the comparison of solves, with a warning.

@@ -21,10 +21,10 @@ constexpr double kSafety = 0.05;
 
 // What so many cells of the sources (ResolvedCells) add to the work that is allowed by default: each asks for a step,
 // and that for one that was too long before. As many may count as a formula may have switching times.
+// ShortPulseTest.AFastOscillationIsSolvedByDefault needs them.
 double MaxDefaultWorkOfCells(double cells) {
-  constexpr double kMostCells = 1e5;
   constexpr double kSteps = 2;
-  return cells <= kMostCells ? kSteps * EventRecord::kOfASmoothStep * cells : 0;
+  return cells <= kMaxSwitchingTimes ? kSteps * EventRecord::kOfASmoothStep * cells : 0;
 }
 
 double StepWithoutMode(const Problem& problem) {
@@ -38,7 +38,7 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double asked, double tol
                                  Index most_work, EventRecord& record)
     : context_(context),
       problem_(context.problem),
-      sampler_(context.problem, context.sources),
+      sampler_(context.sources, ResolvedCells(context.problem)),
       tolerance_(kSafety * tolerance),
       most_work_(most_work),
       record_(record),

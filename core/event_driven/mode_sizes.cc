@@ -131,7 +131,7 @@ AllSizesBeside SizesBesideOf(const Problem& problem, Selection selection, const 
   const bool may_form_modes = solution.method == Method::kEventDriven || problem.A.is_dense() ||
                               problem.num_states() + problem.num_constraints() <= kMostRows;
   if (!may_form_modes || !sources.ok()) return all;
-  SourceSampler sampler(problem, *sources);
+  SourceSampler sampler(*sources);
   DataSizes sizes = SizesOfData(problem, IsAlwaysLipschitz(selection), sampler);
   sizes.x = sizes.x.cwiseMax(errors.x.own);
   const ModeMaker maker(problem);

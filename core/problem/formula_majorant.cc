@@ -16,14 +16,15 @@ constexpr int kOrder = TaylorBounds::kOrder;
 
 // A part of a formula that is nowhere larger is zero to the whole, whose values are larger by far more than an ulp. So
 // what overflows in a denominator, or vanishes in an exponential, has no derivatives to bound.
+// ShortPulseTest.OfOneIsNotMissedBesideAnything fails without it.
 constexpr double kVanishes = 1e-200;
 
 double Largest(Interval a) {
   return a.is_empty() ? std::numeric_limits<double>::infinity() : std::max(std::abs(a.lo), std::abs(a.hi));
 }
-// The smallest absolute value; of Positive() the smallest value, if all are above 0.
+// The smallest absolute value; 0 if a value is 0.
 double Smallest(Interval a) { return a.is_empty() || a.Contains(0) ? 0 : std::min(std::abs(a.lo), std::abs(a.hi)); }
-
+// The smallest value if all are above 0, otherwise 0.
 double Positive(Interval a) { return a.lo > 0 ? a.lo : 0; }
 
 void FindDegree(TaylorBounds& bounds) {
@@ -58,9 +59,7 @@ TaylorBounds Larger(const TaylorBounds& a, const TaylorBounds& b) {
 TaylorBounds Product(const TaylorBounds& a, const TaylorBounds& b) {
   TaylorBounds product;
   for (int j = 0; j <= a.degree; ++j) {
-    for (int k = 0; k <= std::min(b.degree, kOrder - j); ++k) {
-      product[j + k] += a[j] * b[k];
-    }
+    for (int k = 0; k <= std::min(b.degree, kOrder - j); ++k) product[j + k] += a[j] * b[k];
   }
   FindDegree(product);
   return product;
@@ -74,62 +73,54 @@ TaylorBounds Over(const TaylorBounds& u, double number) {
   return quotient;
 }
 
+// All of whose coefficients may differ from 0 until FindDegree().
+TaylorBounds Beginning(double first) {
+  TaylorBounds bounds;
+  bounds[0] = first;
+  bounds.degree = kOrder;
+  return bounds;
+}
+
+// The series whose coefficient k is `next`(those before, k).
+template <typename Next>
+TaylorBounds Recur(double first, const Next& next) {
+  TaylorBounds bounds = Beginning(first);
+  for (int k = 1; k <= kOrder; ++k) bounds[k] = next(bounds, k);
+  FindDegree(bounds);
+  return bounds;
+}
+
 // q b = a
 TaylorBounds Quotient(const TaylorBounds& a, const TaylorBounds& b, double smallest_b, double largest) {
   const TaylorBounds a_over = Over(a, smallest_b), b_over = Over(b, smallest_b);
-  TaylorBounds q;
-  q[0] = largest;
-  q.degree = kOrder;
-  for (int k = 1; k <= kOrder; ++k) q[k] = a_over[k] + Convolve(b_over, q, k, [](int) { return 1; });
-  FindDegree(q);
-  return q;
+  return Recur(largest,
+               [&](const TaylorBounds& q, int k) { return a_over[k] + Convolve(b_over, q, k, [](int) { return 1; }); });
 }
 
 // y' = slope u'
 TaylorBounds Integral(const TaylorBounds& slope, const TaylorBounds& u, double largest) {
-  TaylorBounds y;
-  y[0] = largest;
-  for (int k = 1; k <= kOrder; ++k) {
-    y[k] = Convolve(u, slope, k, Itself) / k;
-  }
-  FindDegree(y);
-  return y;
+  return Recur(largest, [&](const TaylorBounds&, int k) { return Convolve(u, slope, k, Itself) / k; });
 }
 
 // e' = e u'
 TaylorBounds Exponential(const TaylorBounds& u, double largest) {
-  TaylorBounds e;
-  e[0] = largest;
-  e.degree = kOrder;
-  for (int k = 1; k <= kOrder; ++k) {
-    e[k] = Convolve(u, e, k, Itself) / k;
-  }
-  FindDegree(e);
-  return e;
+  return Recur(largest, [&](const TaylorBounds& e, int k) { return Convolve(u, e, k, Itself) / k; });
 }
 
 // u l' = u'
 TaylorBounds Logarithm(const TaylorBounds& u, double smallest_u, double largest) {
   const TaylorBounds u_over = Over(u, smallest_u);
-  TaylorBounds l;
-  l[0] = largest;
-  l.degree = kOrder;
-  for (int k = 1; k <= kOrder; ++k) l[k] = u_over[k] + Convolve(u_over, l, k, [k](int j) { return k - j; }) / k;
-  FindDegree(l);
-  return l;
+  return Recur(largest, [&](const TaylorBounds& l, int k) {
+    return u_over[k] + Convolve(u_over, l, k, [k](int j) { return k - j; }) / k;
+  });
 }
 
 // u p' = exponent p u'
 TaylorBounds Power(const TaylorBounds& u, double exponent, double smallest_u, double largest) {
   const TaylorBounds u_over = Over(u, smallest_u);
-  TaylorBounds p;
-  p[0] = largest;
-  p.degree = kOrder;
-  for (int k = 1; k <= kOrder; ++k) {
-    p[k] = Convolve(u_over, p, k, [&](int j) { return std::abs(exponent * j - (k - j)); }) / k;
-  }
-  FindDegree(p);
-  return p;
+  return Recur(largest, [&](const TaylorBounds& p, int k) {
+    return Convolve(u_over, p, k, [&](int j) { return std::abs(exponent * j - (k - j)); }) / k;
+  });
 }
 
 // By repeated squaring, where u may be 0.
@@ -146,10 +137,7 @@ TaylorBounds WholePower(TaylorBounds u, double exponent) {
 
 // odd' = even u', even' = ±odd u', for bounds of their values.
 std::pair<TaylorBounds, TaylorBounds> OddAndEven(const TaylorBounds& u, double largest_odd, double largest_even) {
-  TaylorBounds odd, even;
-  odd[0] = largest_odd;
-  even[0] = largest_even;
-  odd.degree = even.degree = kOrder;
+  TaylorBounds odd = Beginning(largest_odd), even = Beginning(largest_even);
   for (int k = 1; k <= kOrder; ++k) {
     odd[k] = Convolve(u, even, k, Itself) / k;
     even[k] = Convolve(u, odd, k, Itself) / k;
@@ -161,17 +149,12 @@ std::pair<TaylorBounds, TaylorBounds> OddAndEven(const TaylorBounds& u, double l
 
 // y' = (1 ± y²) u'
 TaylorBounds OfRiccati(const TaylorBounds& u, double largest, double largest_slope) {
-  TaylorBounds y, slope;
-  y[0] = largest;
-  slope[0] = largest_slope;
-  y.degree = slope.degree = kOrder;
-  for (int k = 1; k <= kOrder; ++k) {
+  TaylorBounds slope = Beginning(largest_slope);
+  return Recur(largest, [&](TaylorBounds& y, int k) {
     y[k] = Convolve(u, slope, k, Itself) / k;
-    double& square = slope[k];
-    for (int j = 0; j <= k; ++j) square += y[j] * y[k - j];
-  }
-  FindDegree(y);
-  return y;
+    for (int j = 0; j <= k; ++j) slope[k] += y[j] * y[k - j];
+    return y[k];
+  });
 }
 
 // y' = p^exponent u' for p = 1 ± u², whose values are in `range`.

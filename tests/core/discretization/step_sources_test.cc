@@ -23,7 +23,7 @@ std::string WhyNonFinite(const std::string& f) {
   problem.f = TimeFunction::Formulas({f});
   absl::StatusOr<Sources> sources = Sources::Create(problem);
   if (!sources.ok()) return std::string(sources.status().message());
-  SourceSampler sampler(problem, *sources);
+  SourceSampler sampler(*sources, ResolvedCells(problem));
   StepSources step;
   sampler.Sample(0, 2, step);
   EXPECT_FALSE(step.finite);
@@ -64,7 +64,7 @@ TEST(StepSourcesTest, KnowsWhereFormulasAreConstant) {
     problem.f = TimeFunction::Formulas({c.f});
     absl::StatusOr<Sources> sources = Sources::Create(problem);
     ASSERT_TRUE(sources.ok()) << sources.status();
-    SourceSampler sampler(problem, *sources);
+    SourceSampler sampler(*sources);
     std::vector<double> ends = KnownKinks(problem);
     ends.push_back(problem.horizon);
     bool is_steady = true;

@@ -49,7 +49,7 @@ struct SmoothRun {
     const Index m = problem.num_states(), n = problem.num_constraints();
     mode = ModeMaker(problem).Make(std::move(active), {Vector::Ones(m), Vector::Ones(m), Vector::Ones(n)});
     absl::StatusOr<Sources> made = Sources::Create(problem);
-    SourceSampler(problem, *made).Sample(0, length, sources);
+    SourceSampler(*made).Sample(0, length, sources);
     step = TakeSmoothStep(std::make_shared<const ModeStepper>(*mode, length), problem.x0, sources, magnitudes,
                           tolerance, share, nullptr);
   }
