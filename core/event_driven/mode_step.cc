@@ -465,6 +465,19 @@ Matrix ModeStepper::RespondAtLooks(const Eigen::Ref<const Matrix>& starts,
   return values;
 }
 
+Vector ModeStepper::LastOfStarts(const Eigen::Ref<const Matrix>& starts) const {
+  const Eigen::MatrixXcd from = mode_->form.inverse * starts;
+  Vector largest = Vector::Zero(starts.rows());
+  ComplexSeries c(starts.rows(), kLegendreSize);
+  for (Index e = 0; e < starts.cols(); ++e) {
+    c.setZero();
+    c.col(0) = from.col(e);
+    SolveTriangle(c);
+    largest = largest.cwiseMax(RowMaxAbs((mode_->form.vectors * c.rightCols<2>()).real()));
+  }
+  return largest;
+}
+
 void ModeStepper::KeepResponses() {
   constexpr Index kMost = 8;
   const Index m = mode_->F.rows();

@@ -83,6 +83,10 @@ class ModeStepper {
   static constexpr Index kLooks = 4;
   Matrix RespondAtLooks(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources) const;
 
+  // What the starts in the columns, without sources, make of the last two coefficients of x at most: rounding of the
+  // start that a fast state has to settle from.
+  Vector LastOfStarts(const Eigen::Ref<const Matrix>& starts) const;
+
   // Makes the looks, and the end as one position, products with kept matrices from now on, as pays where a step is
   // taken many times. Does nothing for more than a few states, and where a component is fast, since what is a layer is
   // no linear function.

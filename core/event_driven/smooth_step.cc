@@ -165,8 +165,15 @@ void StepErrors::OfStates() {
   step_.x_noise = is_stiff.select(step_.x_rounding + magnitudes_.x_noise, step_.x_rounding);
   // That is an upper bound, with which a stiff row may hide a boundary layer: what rounding there is shows.
   x_coefficients_ = kOfCoefficient * step_.x_noise.cwiseProduct(solution_.stiffness.cwiseMax(1));
-  const Vector shown = kOfShown * (kUnit * x_size_ + solution_.last_noise) + magnitudes_.x_noise;
-  x_coefficients_ = is_stiff.select(x_coefficients_.cwiseMin(shown), x_coefficients_);
+  // Of the rounding of the start only what it makes of fast states shows, and that of a row for as long as its own
+  // equation keeps it.
+  if (is_stiff.any()) {
+    const Vector of_start = step_.stepper->LastOfStarts(magnitudes_.rounding).cwiseMin(magnitudes_.x_noise);
+    const Vector keeps = mode_.dynamics.diagonal().cwiseAbs().array() + 2 / sources_.length;
+    const Vector of_rows = kUnit * step_.slope_size.cwiseQuotient(keeps);
+    const Vector shown = kOfShown * (kUnit * x_size_ + of_rows + solution_.last_noise) + of_start;
+    x_coefficients_ = is_stiff.select(x_coefficients_.cwiseMin(shown), x_coefficients_);
+  }
   step_.x_tail = EstimateTail(step_.x, x_coefficients_);
   step_.x_hidden = RowMaxAbs(step_.x.rightCols<2>()).cwiseMin(x_coefficients_);
   const Vector unsettled = solution_.uncertainty + (solution_.kept_layer - x_coefficients_).cwiseMax(0);

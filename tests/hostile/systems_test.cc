@@ -81,7 +81,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Hard{641990, "PencilsOfTriangularA"}, Hard{666293, "RowsOfMThatDependOnEachOther"},
                       Hard{641432, "EventsInASmallPartOfAStep"}, Hard{641922, "StatesThatGrowBehindAnEvent"},
                       Hard{667072, "LayersBelowTheRoundingOfTheirTerms"}, Hard{669346, "ReleasesBesideRatesOf1e14"},
-                      Hard{669430, "PairsThatLeaveWhileOthersJump"}, Hard{691227, "FastStatesBesideASingularM"}),
+                      Hard{669430, "PairsThatLeaveWhileOthersJump"}, Hard{691227, "FastStatesBesideASingularM"},
+                      Hard{980512, "LayersOfTheSizeOfRoundingInSlowStates", 1e-10}),
     [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
 // The M of a step is M + h N B, of 0.25 and 1e-13: three digits of N B are left, on all grids the same ones. Event
