@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/event_driven/step_length.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -27,7 +28,7 @@ CoupledSteps::CoupledSteps(const Problem& problem, Selection selection, SourceSa
 
 void CoupledSteps::BeginBurst(double t, double scale) {
   if (steps_ == 0) first_ = t;
-  if (burst_ == 1) length_ = std::max(shortest_, std::min(scale, 1e3 * shortest_));
+  if (burst_ == 1) length_ = std::max(shortest_, std::min(scale, 1024 * shortest_));
 }
 
 bool CoupledSteps::AreHopeless(double t) const {
@@ -47,12 +48,14 @@ CoupledSteps::Step CoupledSteps::Take(double begin, double limit, const Eigen::R
     if (step.verdict != LcpStatus::kSolved || !step.kept_selection) return step;
     const Vector magnitude = sizes.cwiseMax(step.x.cwiseAbs());
     const auto ratio_of = [&](const Vector& error, double of_magnitude) {
-      return (error.array() / (of_magnitude * magnitude.array() + step.noise.array() + 1e-300)).maxCoeff();
+      return (error.array() /
+              (of_magnitude * magnitude.array() + step.noise.array()).cwiseMax(std::numeric_limits<double>::min()))
+          .maxCoeff();
     };
     const double share = ShareOfTolerance(length, problem_.horizon);
     const double ratio = NanMax(ratio_of(step.error, allowed * share), ratio_of(step.inside, allowed));
     if (ratio <= 1 || length <= shortest_) {
-      if (ratio < 0.2) length_ = 2 * length;
+      if (ratio < 0.25) length_ = 2 * length;
       ++steps_;
       return step;
     }
@@ -79,9 +82,8 @@ CoupledSteps::Step CoupledSteps::TakeHalves(double begin, double end, double len
   step.w = problem_.N * step.x + step.g + problem_.M * step.y;
   step.error = (step.x - coarse).cwiseAbs();
   step.inside = (x_middle - (x / 2 + step.x / 2)).cwiseAbs();
-  constexpr double kRounding = 1e-14;
-  step.noise = kRounding * (x.cwiseAbs().cwiseMax(step.x.cwiseAbs()) +
-                            length * (problem_.B.AbsTimes(step.y.cwiseAbs()) + segment_.f.col(1).cwiseAbs()));
+  step.noise = RoundingOf(64) * (x.cwiseAbs().cwiseMax(step.x.cwiseAbs()) +
+                                 length * (problem_.B.AbsTimes(step.y.cwiseAbs()) + segment_.f.col(1).cwiseAbs()));
   return step;
 }
 

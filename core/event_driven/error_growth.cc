@@ -9,22 +9,22 @@
 #include <utility>
 
 #include "core/linalg/abs_times.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/weyl_sequence.h"
 
 namespace dlcs {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // The integral of what an interpolant misses is smaller than that is, since it has the signs of a polynomial of high
 // degree.
 constexpr double kOfMissed = 0.25;
 
-// The time of an event is known to so many ulps at best.
-constexpr double kRoundingOfTime = 16 * kEpsilon;
+// The time of an event has the rounding of so many operations at best.
+constexpr Index kOperationsOfTime = 32;
 constexpr double kNear = 1e-4;  // before or behind an event, as a part of its time
-// The rounding of a linear function, of its terms.
-constexpr double kRoundingOfRow = 4 * kEpsilon;
+// Of a linear function.
+constexpr Index kOperationsOfRow = 8;
 
 // What remains of each of the errors beyond what a shift in time by `shifts` makes of a function of this slope.
 void Shrink(const Vector& slope, const Eigen::RowVectorXd& shifts, Matrix& errors) {
@@ -54,16 +54,14 @@ Vector PartsOfRounding(Index size, unsigned seed) {
   return parts;
 }
 
-// The signs with which errors of the given sizes add most to what lasts longest of `error`, in the rows that matter to
-// it; `otherwise` in the others.
+// The signs with which errors of the given sizes add most to what lasts longest of `error`; `otherwise` in rows that do
+// not add to it.
 Vector SignsThatLast(const Eigen::VectorXcd& slowest, const Vector& sizes, const Vector& error, Vector otherwise) {
-  constexpr double kMatters = 1e-3;
   const std::complex<double> lasts = slowest.cwiseProduct(error).sum();
   const Eigen::VectorXcd turned = lasts == 0.0 ? slowest : Eigen::VectorXcd(std::conj(lasts) * slowest);
   const Vector parts = turned.real().cwiseProduct(sizes);
-  const double matters = kMatters * MaxAbs(parts);
   for (Index i = 0; i < parts.size(); ++i) {
-    if (std::abs(parts[i]) > matters) otherwise[i] = std::copysign(1, parts[i]);
+    if (parts[i] != 0) otherwise[i] = std::copysign(1, parts[i]);
   }
   return otherwise;
 }
@@ -122,7 +120,7 @@ ErrorGrowth::ErrorGrowth(const Problem& problem)
       outputs_(problem.outputs.shown()) {
   const Vector& x0 = problem.x0;
   for (Index e = 0; e < kSamples; ++e) {
-    errors_.col(e) = kEpsilon * SignsOfRounding(x0.size(), static_cast<unsigned>(e)).cwiseProduct(x0);
+    errors_.col(e) = kUlp * SignsOfRounding(x0.size(), static_cast<unsigned>(e)).cwiseProduct(x0);
   }
 }
 
@@ -150,7 +148,7 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
   ++steps_;
   Pass(step, sources);
   const LegendreVector at = LegendreValues(s_end);
-  const Vector rounding = kEpsilon * step.x_size;
+  const Vector rounding = kUlp * step.x_size;
   const Mode& mode = step.stepper->mode();
   const auto in_rows = [&mode](const Vector& slope) { return mode.is_explicit() ? slope : AbsTimes(mode.E, slope); };
   Matrix rows(rounding.size(), kErrors);
@@ -252,7 +250,8 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
   for (Index e = 0; e < kErrors; ++e) {
     double moved = mode.guard.state.row(guard).dot(errors_.col(e));
     if (mode.guard.slope.size() > 0) moved += mode.guard.slope.row(guard).dot(slopes_.col(e));
-    const double own = e < kSamples ? kRoundingOfRow * step.guard.terms[guard] : part_of_tail * step.guard.tail[guard];
+    const double own =
+        e < kSamples ? RoundingOf(kOperationsOfRow) * step.guard.terms[guard] : part_of_tail * step.guard.tail[guard];
     // If a guard neither falls nor turns, nothing is known of it.
     const double delay = DelayOf(moved + std::copysign(own, moved), speed, curvature);
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
@@ -265,22 +264,19 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
 // much that is by the jump of x', and by the polynomials on both sides: the first is too much where a fast state
 // settles in less time, the second where a fast state that the event does not concern bends. The smaller one counts.
 void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
-  constexpr double kSame = 1e-6;
   if (!has_event_) return;
   has_event_ = false;
   last_event_ = sources.begin;
   const Vector slope_jump = event_.slope - SlopeAt(step, sources, -1);
-  const Vector size = event_.slope.cwiseAbs() + step.slope_size;
   for (Index e = 0; e < kErrors; ++e) {
     const double delay = std::abs(event_.delay[e]);
     Vector jump = Moved(event_.x, event_.length, event_.s, delay) - Moved(step.x, sources.length, -1, delay);
     for (Index i = 0; i < jump.size(); ++i) {
       const double linear = delay * slope_jump[i];
       if (std::abs(linear) < std::abs(jump[i])) jump[i] = linear;
-      if (std::abs(jump[i]) <= kSame * delay * size[i]) jump[i] = 0;
     }
     errors_.col(e) += std::copysign(1, event_.delay[e]) * jump;
-    shifts_[e] = std::max(kRoundingOfTime * sources.begin, delay);
+    shifts_[e] = std::max(RoundingOf(kOperationsOfTime) * sources.begin, delay);
   }
 }
 
@@ -341,7 +337,7 @@ ErrorGrowth::Largest ErrorGrowth::InRows(const LinearOutput& output, const StepR
   Largest errors = SizesOf(of_x);
   errors.truncation += rows.truncation;
   errors.with_signs += rows.truncation;
-  errors.rounding += kRoundingOfRow * rows.terms + RowMaxAbs(Matrix(output.state * left_inside));
+  errors.rounding += RoundingOf(kOperationsOfRow) * rows.terms + RowMaxAbs(Matrix(output.state * left_inside));
   return errors;
 }
 
@@ -352,7 +348,7 @@ TrajectoryErrors ErrorGrowth::Errors(const Magnitudes& sizes) const {
   };
   const auto by_cause = [&](const Vector& own, const Largest& errors) {
     // What is stored is rounded.
-    const Vector rounding = errors.rounding + kEpsilon * own;
+    const Vector rounding = errors.rounding + kUlp * own;
     return ErrorsByCause{own, bounded(TruncationOf(errors.truncation, errors.with_signs, rounding)), bounded(rounding)};
   };
   return {by_cause(sizes.x, x_), by_cause(sizes.y, y_), by_cause(sizes.w, w_), by_cause(sizes.outputs, outputs_)};

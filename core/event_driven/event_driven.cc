@@ -13,6 +13,7 @@
 #include "core/event_driven/event_driven_loop.h"
 #include "core/event_driven/event_record.h"
 #include "core/event_driven/mode_sizes.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
 
@@ -37,10 +38,8 @@ constexpr double kFarLess = 1e-4;
 // Errors grow with the system: how much is known after the solve. The solve is repeated with as much less as it was
 // missed by; with far less where a little did not help.
 double NextTolerance(double tolerance, double excess, bool no_better) {
-  constexpr double kMargin = 0.3;
-  constexpr double kMaxAtOnce = 1e-6;
-  const double factor = std::clamp(kMargin / excess, kMaxAtOnce, kMargin);
-  return std::max(1e-15, tolerance * (no_better ? std::min(factor, kFarLess) : factor));
+  const double factor = 1 / (4 * excess);
+  return std::max(kUlp, tolerance * (no_better ? std::min(factor, kFarLess) : factor));
 }
 
 // A solve that reached T, by steps of this tolerance. A later one may end before T, or lose more at its events.
@@ -73,15 +72,12 @@ bool MaySolveAgain(int solves, Index work, const EventRecord& record) {
 
 // The work of a solve whose steps have the tolerance `next`, after one of the tolerance `before` that took `work`.
 Index WorkAt(double next, double before, Index work) {
-  constexpr double kOrder = 12, kMargin = 1.1;
-  return static_cast<Index>(kMargin * std::pow(before / next, 1 / kOrder) * static_cast<double>(work));
+  return static_cast<Index>(std::pow(before / next, 1.0 / (kLegendreDegree - 1)) * static_cast<double>(work));
 }
 
 }  // namespace
 
 bool EventDriven(SolveContext& context) {
-  constexpr double kNoBetter = 0.7;
-  constexpr double kOfRounding = 1.0 / 64;  // from a bound of rounding to what it is
   constexpr double kFirstByDefault = 0.1;  // a second solve would cost more than somewhat shorter steps
   const double asked = context.options.error_tolerance;
   const double tolerance = asked > 0 ? asked : kDefaultEventTolerance;
@@ -113,7 +109,7 @@ bool EventDriven(SolveContext& context) {
     work += work_of_solve;
     const bool was_cut = !reached;
     double excess = ExcessOfTruncation(record.errors, context.options, tolerance);
-    const bool no_better = best && !(excess < kNoBetter * best->excess);
+    const bool no_better = best && !(2 * excess < best->excess);
     const bool is_final = best && reached && no_better && of_steps <= kFarLess * best->tolerance;
     if (best && !context.stop.stop_requested() && !(reached && excess < best->excess)) {
       Restore(*best, context, record);
@@ -126,7 +122,7 @@ bool EventDriven(SolveContext& context) {
     if (WorkAt(next, of_steps, work_of_solve) / EventRecord::kPatience > most_work) break;
     if (!best || excess < best->excess) best = Save(context, record, of_steps, excess);
     of_steps = next;
-    allowed_rounding *= kOfRounding;
+    allowed_rounding *= kOfNoise;
     context.recorder.ResumeFrom(0);
     solution.jumps.clear();
     solution.left_limits.clear();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -58,11 +59,10 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   slope_size_ = slope_size_.cwiseMax(problem_.A.AbsTimes(x_check.cwiseAbs()) + problem_.B.AbsTimes(y_check.cwiseAbs()) +
                                      sources.f_at_check.cwiseAbs());
   // What is no more than the rounding of the polynomials and of the terms is no defect.
-  constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
   const LegendreVector slope_at = 2 / sources.length * LegendreSlopes(at_check);
   const Vector rounding =
-      kRounding * (slope_at.cwiseAbs().sum() * SizeOfRows(step.x) + problem_.A.AbsTimes(x_check.cwiseAbs()) +
-                   problem_.B.AbsTimes(y_check.cwiseAbs())) +
+      RoundingOf(8) * (slope_at.cwiseAbs().sum() * SizeOfRows(step.x) + problem_.A.AbsTimes(x_check.cwiseAbs()) +
+                       problem_.B.AbsTimes(y_check.cwiseAbs())) +
       sources.f_noise;
   const Vector missed = (ValueOf(step.x, slope_at) - slope).cwiseAbs() - rounding;
   RaiseRowMaxAbs(missed.cwiseMax(0), defect_);

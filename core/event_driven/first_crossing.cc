@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -36,14 +37,17 @@ Piece CutInHalf(Piece& piece) { return CutAt((piece.begin + piece.end) / 2, piec
 
 // Whether series + shift is positive by its first coefficient alone, since no P_k exceeds 1.
 bool IsClearlyPositive(const LegendreVector& series, double shift) {
-  constexpr double kRounding = 1e-12;
-  return series[0] + shift > (1 + kRounding) * series.tail<kLegendreDegree>().cwiseAbs().sum();
+  constexpr Index kOperations = kLegendreSize * kLegendreSize;  // of a Bernstein coefficient
+  return series[0] + shift > (1 + RoundingOf(kOperations)) * series.tail<kLegendreDegree>().cwiseAbs().sum();
 }
 
 bool HasNegative(const LegendreVector& b) { return !(b.minCoeff() >= 0); }
 
-// Pieces of [-1, end] on which series + shift may be negative are not searched further if they are shorter.
-constexpr double kShortestPiece = 1e-12;
+// Positions are known so well. Pieces on which series + shift may be negative are not searched further if they are
+// shorter.
+constexpr double kShortest = RoundingOf(16);
+// The part of a dip that is left to such a search.
+constexpr double kAccuracy = 1.0 / 8;
 
 // Calls settle(piece) for [-1, end], and as long as it returns false for both halves of the piece, the left one first.
 // Not at all where no coefficient is negative.
@@ -86,7 +90,7 @@ double SimpleRoot(const LegendreVector& series, double shift, double low, double
     (value >= 0 ? low : high) = s;
     double next = s - value / slope.dot(at_s);
     if (!(next > low && next < high)) next = (low + high) / 2;
-    if (std::abs(next - s) <= 1e-15 || !(next > low && next < high)) break;
+    if (std::abs(next - s) <= kShortest || !(next > low && next < high)) break;
     s = next;
   }
   return s;
@@ -95,7 +99,6 @@ double SimpleRoot(const LegendreVector& series, double shift, double low, double
 }  // namespace
 
 std::optional<double> FirstCrossing(const LegendreVector& series, double shift, double before) {
-  constexpr double kShortest = 1e-15;
   if (IsClearlyPositive(series, shift)) return std::nullopt;
   Piece piece{-1, 1, GetLegendreBasis().to_bernstein.transpose() * series};
   piece.b.array() += shift;
@@ -121,7 +124,6 @@ std::optional<double> FirstCrossing(const LegendreVector& series, double shift, 
 }
 
 Dip DipBelowZero(const LegendreVector& series, double shift, double end) {
-  constexpr double kAccuracy = 0.1;
   Dip dip;
   double area = 0;
   ForPieces(series, shift, end, [&](const Piece& piece) {
@@ -131,7 +133,7 @@ Dip DipBelowZero(const LegendreVector& series, double shift, double end) {
     if (!(lowest < 0)) return true;
     const bool is_below = piece.b.maxCoeff() <= 0;
     const bool is_known = -lowest <= (1 + kAccuracy) * dip.depth && (is_below || -lowest * length <= kAccuracy * area);
-    if (!is_known && length > kShortestPiece) return false;
+    if (!is_known && length > kShortest) return false;
     // The mean of a polynomial is that of its Bernstein coefficients.
     area += length * (is_below ? -piece.b.mean() : -lowest / 2);
     return true;
@@ -141,13 +143,12 @@ Dip DipBelowZero(const LegendreVector& series, double shift, double end) {
 }
 
 double PartBelowZero(const LegendreVector& series, double shift, double end) {
-  constexpr double kAccuracy = 0.1;
   double below = 0;
   ForPieces(series, shift, end, [&](const Piece& piece) {
     if (!HasNegative(piece.b)) return true;
     const double length = piece.end - piece.begin;
     const bool is_below = piece.b.maxCoeff() <= 0;
-    if (!is_below && length > std::max(kShortestPiece, kAccuracy * below)) return false;
+    if (!is_below && length > std::max(kShortest, kAccuracy * below)) return false;
     below += is_below ? length : length / 2;
     return true;
   });

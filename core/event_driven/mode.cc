@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/linalg/balance.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/double_double.h"
 #include "core/linalg/equilibration.h"
@@ -20,9 +21,6 @@
 
 namespace dlcs {
 namespace {
-
-// Below this reciprocal condition number a matrix does not determine y.
-constexpr double kSingular = 1e-12;
 
 // Zeros that follow from those of the matrix are exact.
 ScaledInverse Invert(const Matrix& scaled, Vector row, Vector column) {
@@ -39,16 +37,15 @@ std::optional<ScaledInverse> Invert(const Matrix& matrix) {
   const Equilibration scale = EquilibrateRowsAndColumns(matrix);
   const Matrix scaled = Scaled(matrix, scale);
   ScaledInverse result = Invert(scaled, scale.row, scale.column);
-  if (!(InfinityNorm(scaled) * InfinityNorm(result.inverse.value()) * kSingular < 1)) return std::nullopt;
+  if (!(InfinityNorm(scaled) * InfinityNorm(result.inverse.value()) * kSingularY < 1)) return std::nullopt;
   return result;
 }
 
 // Sets the entries of an inverse to zero that one ulp of the entries of `matrix` moves by as much: unknowns that depend
 // on a right-hand side by rounding alone. A large right-hand side there would give them a sign.
 void ClearRounding(const Matrix& matrix, RefinedInverse& inverse) {
-  constexpr double kUlps = 4 * std::numeric_limits<double>::epsilon();
   const Matrix sizes = inverse.value().cwiseAbs();
-  const Matrix moved = kUlps * (sizes * (matrix.cwiseAbs() * sizes));
+  const Matrix moved = RoundingOf(8) * (sizes * (matrix.cwiseAbs() * sizes));
   inverse.SetZeroWhere(sizes.array() <= moved.array());
 }
 
@@ -63,10 +60,9 @@ Matrix ColumnsOfIdentity(Index n, const std::vector<Index>& S) {
 // switch may be the difference of terms 1e12 times its size.
 Matrix RestWithoutRounding(const Matrix& left, const Matrix& quotient, const Matrix& terms_of_quotient,
                            const Matrix& right) {
-  constexpr double kRoundingOfTerms = 8 * std::numeric_limits<double>::epsilon();
   const Matrix rest = left - quotient * right;
   const Matrix terms = left.cwiseAbs() + terms_of_quotient * right.cwiseAbs();
-  return (rest.array().abs() > kRoundingOfTerms * terms.array()).select(rest, 0);
+  return (rest.array().abs() > RoundingOf(16) * terms.array()).select(rest, 0);
 }
 
 // y_S by the rows of a nonsingular M_SS, and the equation of the states. Absent where M_SS is singular.
@@ -147,12 +143,12 @@ RowCombination CombineDependentRows(const std::vector<Index>& own, const std::ve
                                     const Matrix& summed, Matrix& factors) {
   if (driving.empty()) return {};
   std::vector<Index> rows;
-  double rounding = kSingular;
+  double rounding = kSingularY;
   for (const Index i : own) {
     const double size = factors(i, driving).cwiseAbs().maxCoeff();
     if (size == 0) continue;
     rows.push_back(i);
-    rounding = std::max(rounding, kSingular * summed(i, driving).maxCoeff() / size);
+    rounding = std::max(rounding, kSingularY * summed(i, driving).maxCoeff() / size);
   }
   if (rows.size() < 2) return {};
   const Index count = static_cast<Index>(rows.size());
@@ -222,7 +218,7 @@ std::optional<PivotRows> ChoosePivots(const Matrix& factors) {
   }
   for (Index p = 0; p < k; ++p) {
     const double size = factors.row(rows.pivots[static_cast<std::size_t>(p)]).cwiseAbs().maxCoeff();
-    if (!(std::abs(lu.matrixLU()(p, p)) > kSingular * size)) return std::nullopt;
+    if (!(std::abs(lu.matrixLU()(p, p)) > kSingularY * size)) return std::nullopt;
   }
   std::sort(rows.pivots.begin(), rows.pivots.end());
   return rows;
@@ -265,7 +261,7 @@ PivotElimination EliminatePivots(const ScaledFactors& scaled, const PivotRows& c
   // What M_SS leaves of differential equations in its own rows where it is singular is rounding.
   for (const Index i : own) {
     for (const Index p : driving) {
-      if (std::abs(factors(i, p)) <= kSingular * summed(i, p)) factors(i, p) = 0;
+      if (std::abs(factors(i, p)) <= kSingularY * summed(i, p)) factors(i, p) = 0;
     }
   }
   elimination.combination = CombineDependentRows(own, driving, summed, factors);
@@ -317,20 +313,18 @@ std::optional<Multipliers> Eliminate(const ModeEquations& equations, const Scale
 }
 
 std::vector<std::complex<double>> Eigenvalues(const PencilForm& form) {
-  constexpr double kUndetermined = 64 * std::numeric_limits<double>::epsilon();
   const Index m = form.triangle.rows();
   double largest = 0;
   for (Index j = 0; j < m; ++j) largest = std::max(largest, std::abs(form.Slope(j, j)));
   std::vector<std::complex<double>> eigenvalues;
   for (Index j = 0; j < m; ++j) {
     const std::complex<double> slope = form.Slope(j, j);
-    if (std::abs(slope) > kUndetermined * largest) eigenvalues.push_back(form.triangle(j, j) / slope);
+    if (std::abs(slope) > RoundingOf(128) * largest) eigenvalues.push_back(form.triangle(j, j) / slope);
   }
   return eigenvalues;
 }
 
 Eigen::VectorXcd SlowestLeftVector(const PencilForm& form, const std::vector<std::complex<double>>& eigenvalues) {
-  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   const auto slower = [](std::complex<double> a, std::complex<double> b) { return a.real() < b.real(); };
   const auto slowest = std::max_element(eigenvalues.begin(), eigenvalues.end(), slower);
   const Index m = form.triangle.rows();
@@ -345,7 +339,7 @@ Eigen::VectorXcd SlowestLeftVector(const PencilForm& form, const std::vector<std
   vector[of_slowest] = 1;
   for (Index k = of_slowest + 1; k < m; ++k) {
     const auto above = shifted.col(k).head(k);
-    const double smallest = kEpsilon * (above.cwiseAbs().maxCoeff() + std::abs(form.triangle(k, k)));
+    const double smallest = kUlp * (above.cwiseAbs().maxCoeff() + std::abs(form.triangle(k, k)));
     const std::complex<double> pivot = shifted(k, k);
     const std::complex<double> sum = (vector.head(k).transpose() * above)(0);
     if (sum != 0.0) vector[k] = -sum / (std::abs(pivot) < smallest ? smallest : pivot);

@@ -122,13 +122,12 @@ struct PairInMode {
 };
 
 PairInMode InMode(const Problem& problem, const std::vector<Index>& active, Index i) {
-  constexpr double kFaster = 2, kSingular = 1e-10;
   const Matrix &B = problem.B.Dense(), &M = problem.M.Dense();
   PairInMode pair{M(i, i), B.col(i)};
   std::vector<Index> both = active;
   both.insert(std::lower_bound(both.begin(), both.end(), i), i);
   const double rate = std::max(FastestGrowth(problem, {i}), FastestGrowth(problem, both));
-  if (rate == 0 || rate <= kFaster * FastestGrowth(problem, active)) return pair;
+  if (rate == 0 || rate <= FastestGrowth(problem, active)) return pair;
   pair.rate = rate;
   const Matrix inverse = Matrix(M(active, active)).inverse();
   if (active.empty() || !inverse.allFinite()) return pair;
@@ -136,7 +135,7 @@ PairInMode InMode(const Problem& problem, const std::vector<Index>& active, Inde
   const Vector of_w = Vector(M(i, active).transpose()).cwiseProduct(follow);
   pair.M += of_w.sum();
   // As small as rounding where the pairs together do not determine y.
-  if (!(pair.M > kSingular * (std::abs(M(i, i)) + of_w.cwiseAbs().sum()))) pair.rate = 0;
+  if (!(pair.M > kSingularY * (std::abs(M(i, i)) + of_w.cwiseAbs().sum()))) pair.rate = 0;
   pair.of_y += B(Eigen::all, active) * follow;
   return pair;
 }
@@ -173,17 +172,15 @@ bool FallsFromZero(const SmoothStep& step, const ModeEnd& end) {
 }
 
 bool StartsBelowByTruncation(const SmoothStep& step, Index guard) {
-  constexpr double kOfTail = 8;
   const double tail = step.guard.tail[guard], begin = ValueAtBegin(step, guard);
-  return tail > 4 * step.guard.noise[guard] && begin < 0 && begin > -kOfTail * tail;
+  return tail > 4 * step.guard.noise[guard] && begin < 0 && begin > -8 * tail;
 }
 
 void LetRisingGuardsStartBelow(SmoothStep& step) {
-  constexpr double kLevels = 64;
   const Vector begin = ValueOf(step.guard.values, LegendreValues(-1));
   const Vector slope = ValueOf(step.guard.values, LegendreSlopes(LegendreValues(-1)));
   for (Index i = 0; i < begin.size(); ++i) {
-    const double allowed = std::max(step.guard_allowed[i], kLevels * step.guard_level[i]);
+    const double allowed = step.guard_allowed[i];
     if (begin[i] < 0 && begin[i] >= -allowed && slope[i] > 0)
       step.guard_level[i] = std::max(step.guard_level[i], -2 * begin[i]);
   }

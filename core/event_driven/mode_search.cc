@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/lcp/dense/history_solver.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 
 namespace dlcs {
@@ -16,11 +17,8 @@ namespace {
 // The longest step that is tried first, as a part of the scale, and what shorter and longer ones differ by.
 constexpr double kFirstPart = 1.0 / 1024;
 constexpr int kRatio = 6;  // 2^6
-// w_i above minus this part of the numbers it is summed from counts as nonnegative: little more than
-// rounding.
-constexpr double kSearchTolerance = 2e-15;
-// The rounding of the numbers that w_i is summed from at the begin, where x is exact.
-constexpr double kDataRounding = 8 * std::numeric_limits<double>::epsilon();
+// w_i above minus the rounding of so many operations on the numbers it is summed from counts as nonnegative.
+constexpr Index kOperationsOfW = 16;
 // A step below this part of t would hardly be one: t + h is rounded.
 constexpr double kMinOfTime = 1e-14;
 // Modes are kept until there are so many, and then all forgotten.
@@ -110,7 +108,7 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   predicted_ = ahead.x.rowwise().sum();
   KeepNear(x.cwiseAbs() + f_begin_.cwiseAbs() + f_end_.cwiseAbs(), predicted_);
   q_ = problem_.N * predicted_ + g_;
-  tolerance_ = kSearchTolerance * (abs_N_ * predicted_.cwiseAbs() + g_.cwiseAbs()) +
+  tolerance_ = RoundingOf(kOperationsOfW) * (abs_N_ * predicted_.cwiseAbs() + g_.cwiseAbs()) +
                abs_N_ * (ahead.uncertainty + kOfNoise * x_noise);
   LcpSolver& solver = *look.solver;
   bool is_found = false;
@@ -137,27 +135,26 @@ void ModeSearch::KeepNear(const Vector& from, Eigen::Ref<Vector> x) const {
 void ModeSearch::BeginAt(const Vector& x0, const Vector& g) {
   if (selection_ != Selection::kAny) return;
   q_begin_ = problem_.N * x0 + g;
-  q_begin_noise_ = kDataRounding * (abs_N_ * x0.cwiseAbs() + g.cwiseAbs());
+  q_begin_noise_ = RoundingOf(kOperationsOfW) * (abs_N_ * x0.cwiseAbs() + g.cwiseAbs());
 }
 
 // y_i of the active pairs and w_i of the others at the begin, and what rounding makes of them. Absent where M_SS is
 // singular.
 std::optional<ModeSearch::Pairs> ModeSearch::PairsAtBegin(const Basis& basis) const {
-  constexpr double kSingular = 1e-10;
   const Matrix& M = problem_.M.Dense();
   const std::vector<Index> active = IndicesOf(basis);
   Vector y = Vector::Zero(q_begin_.size()), y_noise = y;
   if (!active.empty()) {
     const Matrix M_SS = M(active, active);
     const Eigen::PartialPivLU<Matrix> factors(M_SS);
-    if (!(factors.rcond() > kSingular)) return std::nullopt;
+    if (!(factors.rcond() > kSingularY)) return std::nullopt;
     const Matrix inverse = factors.inverse();
     const Vector of_y = -inverse * q_begin_(active);
-    const Vector terms = q_begin_noise_(active) + kDataRounding * (M_SS.cwiseAbs() * of_y.cwiseAbs());
+    const Vector terms = q_begin_noise_(active) + RoundingOf(kOperationsOfW) * (M_SS.cwiseAbs() * of_y.cwiseAbs());
     y(active) = of_y;
     y_noise(active) = inverse.cwiseAbs() * terms;
   }
-  Pairs pairs{q_begin_ + M * y, q_begin_noise_ + M.cwiseAbs() * (y_noise + kDataRounding * y.cwiseAbs())};
+  Pairs pairs{q_begin_ + M * y, q_begin_noise_ + M.cwiseAbs() * (y_noise + RoundingOf(kOperationsOfW) * y.cwiseAbs())};
   for (const Index i : active) {
     pairs.values[i] = y[i];
     pairs.noise[i] = y_noise[i];

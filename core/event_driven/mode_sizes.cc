@@ -11,18 +11,18 @@
 #include "core/event_driven/magnitudes.h"
 #include "core/event_driven/mode.h"
 #include "core/linalg/abs_times.h"
+#include "core/linalg/bounded_sum.h"
 
 namespace dlcs {
 namespace {
 
 // x' as a function of x, without the entries that are the rounding of their terms: they would join what is not coupled.
 Matrix DynamicsOf(const Mode& mode) {
-  constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();  // two operations for each term
   const Index rest = mode.F.rows() - mode.num_algebraic;
   const Matrix terms = mode.is_explicit()
                            ? mode.F_terms
                            : Matrix(mode.solve_slope.leftCols(rest).cwiseAbs() * mode.F_terms.topRows(rest));
-  return (mode.dynamics.array().abs() > kRounding * terms.array()).select(mode.dynamics, 0);
+  return (mode.dynamics.array().abs() > RoundingOf(8) * terms.array()).select(mode.dynamics, 0);
 }
 
 // The sizes of the terms of the sources in x'.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/linalg/abs_times.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -59,7 +60,7 @@ void Subtract(const Layers& layers, Series& series) {
 const Matrix& AtLooks() {
   static const Matrix at = [] {
     LegendreRows rows;
-    LegendreValuesAt(Vector{{-0.9, -0.4, 0.3, 1}}, rows);
+    LegendreValuesAt(Vector{{-7.0 / 8, -1.0 / 2, 1.0 / 8, 1}}, rows);
     return Matrix(rows.transpose());
   }();
   return at;
@@ -202,7 +203,7 @@ LegendreSeries ModeStepper::Missing(const LegendreSeries& x, const LegendreSerie
 Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, const Eigen::Ref<const Eigen::MatrixXcd>& source,
                                        OfRounding of_rounding) const {
   constexpr double kCancels = 1.0 / 8;
-  constexpr double kRounding = 24 * std::numeric_limits<double>::epsilon();  // of the terms
+  constexpr Index kOperations = 48;  // of the terms
   const PencilForm& form = mode_->form;
   Eigen::VectorXcd layer = Eigen::VectorXcd::Zero(c.rows());
   Eigen::MatrixX2cd last = c.rightCols<2>();  // without the layers
@@ -218,7 +219,8 @@ Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, const Eigen::Ref<
       const Complex part = (rough[1] - rough[0]) / 2.0;
       const double terms = size[j] + SizesOf(of_others).dot(size.tail(after)) / std::abs(rate);
       const bool cancels = std::abs(rough[0] + rough[1]) <= kCancels * std::abs(part);
-      if (cancels && (of_rounding == OfRounding::kToo || std::abs(part) > kRounding * terms)) layer[j] = part;
+      if (cancels && (of_rounding == OfRounding::kToo || std::abs(part) > RoundingOf(kOperations) * terms))
+        layer[j] = part;
     } else if (has_layer && !form.is_explicit()) {
       // Slow components move with the fast ones so that E x stays what it was.
       for (Index i = j + 1; i < c.rows(); ++i) layer[j] -= form.slope_triangle(j, i) * layer[i];
@@ -255,14 +257,13 @@ std::vector<Index> ModeStepper::UnreachedStates(const Vector& start, const Legen
 // By the equation itself; where that is mostly rounding, by the derivative of the polynomial.
 void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source, const Vector& source_noise,
                            Solution& solution) const {
-  constexpr double kUnit = std::numeric_limits<double>::epsilon();
   const PencilForm& form = mode_->form;
   const Index m = c.rows();
   const ComplexSeries b = form.left * source;
-  const Vector b_noise = SizesOf(form.left) * (kUnit * source.cwiseAbs().rowwise().sum() + source_noise);
+  const Vector b_noise = SizesOf(form.left) * (kUlp * source.cwiseAbs().rowwise().sum() + source_noise);
   const Vector c_size = SizesOf(c).rowwise().sum();
   // Entries of the slope triangle have the rounding of the largest, of which a fast component's is a small part.
-  const double of_triangle = kUnit * SizesOf(form.slope_triangle).maxCoeff();
+  const double of_triangle = kUlp * SizesOf(form.slope_triangle).maxCoeff();
   ComplexSeries slope(m, kLegendreSize);
   Vector slope_size(m), noise(m);
   for (Index j = m - 1; j >= 0; --j) {
@@ -275,11 +276,11 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
     slope_size[j] = SizesOf(slope.row(j)).sum();
     const double terms =
         SizesOf(of_states).dot(c_size.tail(after + 1)) + SizesOf(of_slopes).dot(slope_size.tail(after));
-    const double by_equation = over_slope * (kUnit * terms + b_noise[j] + SizesOf(of_slopes).dot(noise.tail(after)) +
+    const double by_equation = over_slope * (kUlp * terms + b_noise[j] + SizesOf(of_slopes).dot(noise.tail(after)) +
                                              of_triangle * slope_size.tail(after + 1).sum());
     // Of the source a component shows as much as it takes in on the step.
     const double of_source = half_ * b_noise[j] / (SizeOf(form.Slope(j, j)) + half_ * SizeOf(form.triangle(j, j)));
-    const double by_derivative = kLegendreDegree * kLegendreDegree / half_ * (kUnit * c_size[j] + of_source);
+    const double by_derivative = kLegendreDegree * kLegendreDegree / half_ * (kUlp * c_size[j] + of_source);
     noise[j] = std::min(by_equation, by_derivative);
     if (by_equation <= by_derivative) continue;
     slope.row(j) = 1 / half_ * DerivativeOf<ComplexRow>(c.row(j));
@@ -295,17 +296,16 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
 // derivative of its own polynomial, which was refined, has less. `x_noise`: the rounding of the states.
 void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source_noise, const Vector& x_noise,
                               Solution& solution) const {
-  constexpr double kUnit = std::numeric_limits<double>::epsilon();
   constexpr double kSafety = 4;  // one coefficient of a source has more than the rounding of one value
   const double of_derivative = kLegendreDegree * kLegendreDegree / half_;
   LegendreSeries rows = Apply(mode_->F, solution.x) + source;
-  Vector noise = kUnit * (mode_->F_terms * SizeOfRows(solution.x) + SizeOfRows(source)) + source_noise;
+  Vector noise = kUlp * (mode_->F_terms * SizeOfRows(solution.x) + SizeOfRows(source)) + source_noise;
   for (Index i = rows.rows() - mode_->num_algebraic; i < rows.rows(); ++i) {
     rows.row(i) = -1 / half_ * DerivativeOf(LegendreVector(source.row(i))).transpose();
-    noise[i] = of_derivative * (kUnit * source.row(i).cwiseAbs().sum() + source_noise[i]);
+    noise[i] = of_derivative * (kUlp * source.row(i).cwiseAbs().sum() + source_noise[i]);
   }
   const LegendreSeries by_rows = Apply(mode_->solve_slope, rows);
-  noise += kUnit * (mode_->E_terms * SizeOfRows(by_rows));
+  noise += kUlp * (mode_->E_terms * SizeOfRows(by_rows));
   noise = kSafety * (AbsTimes(mode_->solve_slope, noise) + AbsTimes(mode_->dynamics, x_noise));
   for (Index i = 0; i < noise.size(); ++i) {
     if (noise[i] < solution.slope_noise[i]) {
@@ -330,7 +330,7 @@ Vector ModeStepper::Stiffness(const Vector& size) const {
 
 ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source,
                                          const Vector& source_noise) const {
-  constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
+  constexpr Index kOperations = 8;
   constexpr int kMaxCorrections = 6, kMaxSteadyCorrections = 16;
   constexpr double kSteady = 1.0 / 8;  // of the change before
   const bool is_explicit = mode_->is_explicit();
@@ -348,9 +348,10 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   LegendreSeries missing = Missing(x, integral, start);
   for (int correction = 0; correction < most; ++correction) {
     const Vector size = x.cwiseAbs().rowwise().sum();
-    const Vector of_states = kRounding * (start.cwiseAbs() + size);
-    const Vector of_rows = kRounding * (given_to_rows + (is_explicit ? size : Vector(mode_->E_terms * size)) +
-                                        half_ * (mode_->F_terms * size));
+    const Vector of_states = RoundingOf(kOperations) * (start.cwiseAbs() + size);
+    const Vector of_rows =
+        RoundingOf(kOperations) *
+        (given_to_rows + (is_explicit ? size : Vector(mode_->E_terms * size)) + half_ * (mode_->F_terms * size));
     const auto starts = missing.col(0).array().abs();
     const Vector rows = RowMaxAbs(missing.rightCols(K));
     if ((starts <= of_states.array()).all() && (rows.array() <= of_rows.array()).all()) {
@@ -376,7 +377,7 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     for (const Index i : solution.unreached) x.row(i).setZero();
     missing = Missing(x, integral, start);
     if (correction > 0 &&
-        (changed.array() <= kSteady * solution.uncertainty.array() + kRounding * size.array()).all()) {
+        (changed.array() <= kSteady * solution.uncertainty.array() + RoundingOf(kOperations) * size.array()).all()) {
       most = kMaxSteadyCorrections;
     }
     solution.uncertainty = changed;
@@ -402,14 +403,13 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   const Vector last = RowMaxAbs(solution.x.rightCols<2>());
   solution.kept_layer = solution.kept_layer.cwiseMin(last);
   solution.stiffness = Stiffness(size);
-  constexpr double kNegligible = 2 * kRounding;
-  if (solution.IsStiff() && (last.array() > kNegligible * size.array()).any()) {
+  if (solution.IsStiff() && (last.array() > RoundingOf(2 * kOperations) * size.array()).any()) {
     solution.last_noise = RowMaxAbs(solution.left.rightCols<4>());
   }
   if (!is_explicit) {
     AddSlope(c, source, source_noise, solution);
-    const Vector x_noise =
-        kRounding * (start.cwiseAbs() + size) + solution.uncertainty + solution.kept_layer + solution.last_noise;
+    const Vector x_noise = RoundingOf(kOperations) * (start.cwiseAbs() + size) + solution.uncertainty +
+                           solution.kept_layer + solution.last_noise;
     RefineSlope(source, source_noise, x_noise, solution);
     for (const Index i : solution.unreached) solution.slope.row(i).setZero();
   }

@@ -8,18 +8,17 @@
 #include <utility>
 
 #include "core/linalg/abs_times.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/weyl_sequence.h"
 
 namespace dlcs {
 namespace {
 
-constexpr double kUnit = std::numeric_limits<double>::epsilon();
-constexpr double kRounding = 64 * kUnit;
-// The noise of sources is an upper bound; that of one value is kUnit / kRoundingOfValues of it.
-constexpr double kRoundingOfValues = 16 * kUnit;
-// The part of that which one coefficient may hold.
+// The part of the noise of a row that one coefficient may hold. PlainSystems feels it.
 constexpr double kOfCoefficient = 1.0 / 8;
+// Of what a step makes of a row.
+constexpr Index kOperationsOfStep = 128;
 
 LegendreSeries Output(const LinearOutput& output, const ModeStepper::Solution& solution, const StepSources& sources) {
   LegendreSeries series = Apply(output.state, solution.x);
@@ -65,13 +64,13 @@ struct StatesAndGuards {
 // For the given sizes and rounding errors of them.
 Allowed AllowedErrors(const Mode& mode, const SmoothStep& step, const StatesAndGuards& sizes,
                       const StatesAndGuards& noise, const Magnitudes& magnitudes, double tolerance, double share) {
-  constexpr double kMinPartOfReach = 1e-7;
-  constexpr double kMinPartOfTerms = 1e-6;
+  // What starts at zero, or is a small difference, is not compared with less than this part of what it may become.
+  constexpr double kLeastPart = 1e-6;
   const Vector x_magnitude =
-      magnitudes.x.cwiseMax(sizes.x).cwiseMax(kMinPartOfReach * magnitudes.x_reach).cwiseMax(magnitudes.x_given);
+      magnitudes.x.cwiseMax(sizes.x).cwiseMax(kLeastPart * magnitudes.x_reach).cwiseMax(magnitudes.x_given);
   Vector guard_magnitude = magnitudes.w.cwiseMax(magnitudes.w_given);
   for (const Index i : mode.active) guard_magnitude[i] = std::max(magnitudes.y[i], magnitudes.y_given[i]);
-  guard_magnitude = guard_magnitude.cwiseMax(sizes.guard).cwiseMax(kMinPartOfTerms * step.guard.terms);
+  guard_magnitude = guard_magnitude.cwiseMax(sizes.guard).cwiseMax(kLeastPart * step.guard.terms);
   return {tolerance * share * x_magnitude + noise.x, tolerance * x_magnitude + noise.x,
           tolerance * guard_magnitude + magnitudes.allowed_rounding * noise.guard};
 }
@@ -141,7 +140,7 @@ void StepErrors::OfRows(const Vector& size_of_source) {
     step_.row_noise += mode_.E_terms * slope_size_;
     step_.slope_size = slope_size_ + AbsTimes(mode_.dynamics, x_size_);
   }
-  step_.row_noise *= kUnit;
+  step_.row_noise *= kUlp;
   step_.row_error = InRows(mode_, sources_.f_missed.cwiseAbs(), sources_.g_missed.cwiseAbs());
   step_.row_missed = mode_.is_explicit() ? sources_.f_misfit : Vector(mode_.E * sources_.f_misfit);
   if (mode_.source_g.size() > 0) step_.row_missed += mode_.source_g * sources_.g_misfit;
@@ -159,8 +158,8 @@ void StepErrors::OfStates() {
   start << signs.cwiseProduct(x_size_), x_size_;
   source << signs.cwiseProduct(rows_size_), rows_size_;
   constexpr Index kLooks = ModeStepper::kLooks;
-  of_rounding_ = kRounding * step_.stepper->RespondAtLooks(start, source);
-  step_.x_rounding = kRounding * x_size_ + RowMaxAbs(of_rounding_.leftCols(kLooks));
+  of_rounding_ = RoundingOf(kOperationsOfStep) * step_.stepper->RespondAtLooks(start, source);
+  step_.x_rounding = RoundingOf(kOperationsOfStep) * x_size_ + RowMaxAbs(of_rounding_.leftCols(kLooks));
   step_.rounding_at_end = of_rounding_(Eigen::all, Eigen::seqN(kLooks - 1, 2, kLooks));
   step_.x_noise = is_stiff.select(step_.x_rounding + magnitudes_.x_noise, step_.x_rounding);
   // That is an upper bound, with which a stiff row may hide a boundary layer: what rounding there is shows.
@@ -170,8 +169,8 @@ void StepErrors::OfStates() {
   if (is_stiff.any()) {
     const Vector of_start = step_.stepper->LastOfStarts(magnitudes_.rounding).cwiseMin(magnitudes_.x_noise);
     const Vector keeps = mode_.dynamics.diagonal().cwiseAbs().array() + 2 / sources_.length;
-    const Vector of_rows = kUnit * step_.slope_size.cwiseQuotient(keeps);
-    const Vector shown = kOfShown * (kUnit * x_size_ + of_rows + solution_.last_noise) + of_start;
+    const Vector of_rows = kUlp * step_.slope_size.cwiseQuotient(keeps);
+    const Vector shown = kOfShown * (kUlp * x_size_ + of_rows + solution_.last_noise) + of_start;
     x_coefficients_ = is_stiff.select(x_coefficients_.cwiseMin(shown), x_coefficients_);
   }
   step_.x_tail = EstimateTail(step_.x, x_coefficients_);
@@ -196,14 +195,15 @@ void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, St
   constexpr double kOfSlopes = 16;  // the noise of x' is that of single roundings
   rows.terms = Size(output, x_size_, slope_size_, sources_.f_size, sources_.g_size);
   Vector& noise = rows.noise;
-  noise = kRounding * rows.terms;
+  noise = RoundingOf(kOperationsOfStep) * rows.terms;
   if (output.g.size() > 0) noise += AbsTimes(output.g, sources_.g_noise);
   if (output.f.size() > 0) noise += AbsTimes(output.f, sources_.f_noise);
   if (output.slope.size() > 0) noise += kOfSlopes * AbsTimes(output.slope, solution_.slope_noise);
   const Vector coefficients = kOfCoefficient * noise + AbsTimes(output.state, x_coefficients_);
   // Where a row is a small difference of states, such as the voltage of a high resistance between inductors, what
   // rounding does to them mostly cancels.
-  noise += kRounding * AbsTimes(output.state, x_size_) + RowMaxAbs(Matrix(output.state * of_rounding_));
+  noise +=
+      RoundingOf(kOperationsOfStep) * AbsTimes(output.state, x_size_) + RowMaxAbs(Matrix(output.state * of_rounding_));
   if (solution_.IsStiff()) noise += RowMaxAbs(Matrix(output.state * magnitudes_.rounding));
   rows.tail = EstimateTail(rows.values, coefficients);
   // A slope misses Σ a_k P'_k over k > K, each of which is (2k + 1) P_{k-1} + (2k - 3) P_{k-3} + ...: k (k + 1)/2 a_k
@@ -272,7 +272,7 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
 
   SmoothStep step;
   step.stepper = std::move(stepper);
-  const Vector noise_of_sources = kUnit / kRoundingOfValues * InRows(mode, sources.f_noise, sources.g_noise);
+  const Vector noise_of_sources = kOfNoise * InRows(mode, sources.f_noise, sources.g_noise);
   ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources);
   step.unreached = solution.unreached;
   step.left = std::move(solution.left);
@@ -287,13 +287,13 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   step.x = std::move(solution.x);
 
   StepErrors errors(mode, sources, magnitudes, solution, step);
-  errors.OfRows(RowMaxAbs(b) + 1 / kUnit * noise_of_sources);
+  errors.OfRows(RowMaxAbs(b) + 1 / kUlp * noise_of_sources);
   errors.OfStates();
   Vector lift = 2 * mode.guard.state * solution.layer;
   errors.OfLinearRows(mode.guard, lift, step.guard);
   if (mode.outputs.state.rows() > 0) {
     errors.OfLinearRows(mode.outputs, 2 * mode.outputs.state * solution.layer, step.outputs);
-    step.outputs.noise += kUnit * AbsTimes(mode.outputs_of_y, SizeOfRows(step.y(mode.active, Eigen::all)));
+    step.outputs.noise += kUlp * AbsTimes(mode.outputs_of_y, SizeOfRows(step.y(mode.active, Eigen::all)));
   }
   step.x_size = errors.x_size();
   const Vector guard_size = SizeOfRows(step.guard.values);
@@ -302,9 +302,7 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   step.error_ratio = ErrorRatio(step, allowed);
   step.guard_allowed = allowed.guard;
   if (step.error_ratio > 1) SetLayerLengths(mode, solution.layer_parts, allowed, step);
-  constexpr double kOfLayer = 1e-3;  // the slopes of a layer are no better known
   if (mode.guard.slope.size() > 0) lift += 2 * mode.guard.slope * (mode.dynamics * solution.layer);
-  lift += kOfLayer * lift.cwiseAbs();
   step.guard_level = GuardLevels(mode, step, guard_size, tolerance, gap, lift);
   return step;
 }
@@ -325,9 +323,9 @@ void LimitSizes(const StepSources& sources, double s, SmoothStep& step) {
   Vector slope;
   if (!mode.is_explicit()) slope = before(2 / sources.length * DerivativeOf(step.x));
   const auto limit = [](const Vector& size, Vector& limited) { limited = limited.cwiseMin(size); };
-  Vector rows = mode.F_terms * x + InRows(mode, f + sources.f_noise / kUnit, g + sources.g_noise / kUnit);
+  Vector rows = mode.F_terms * x + InRows(mode, f + sources.f_noise / kUlp, g + sources.g_noise / kUlp);
   if (!mode.is_explicit()) rows += mode.E_terms * slope;
-  limit(kUnit * rows, step.row_noise);
+  limit(kUlp * rows, step.row_noise);
   limit(mode.is_explicit() ? rows : Vector(slope + AbsTimes(mode.dynamics, x)), step.slope_size);
   limit(x, step.x_size);
   limit(Size(mode.guard, x, slope, f, g), step.guard.terms);
@@ -350,14 +348,13 @@ double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, cons
 }
 
 bool Project(const Mode& mode, const StepSources& sources, double tolerance, Magnitudes& magnitudes, Vector& x) {
-  constexpr double kRoundingOfTerms = 64 * kUnit;  // nothing is known of a residual that is not larger
-  constexpr double kHarmless = 1e-12;              // corrections of this part of their terms are always allowed
   if (mode.num_algebraic == 0) return true;
   const Vector g = ValueOf(sources.g, LegendreValues(-1));
   const Matrix of_g = mode.algebraic_g();
   const Vector residual = mode.algebraic_rows() * x + of_g * g;
   const Vector size = mode.algebraic_rows().cwiseAbs() * x.cwiseAbs() + of_g.cwiseAbs() * g.cwiseAbs();
-  const Vector rounding = kRoundingOfTerms * size + of_g.cwiseAbs() * sources.g_noise;
+  // Nothing is known of a residual that is not larger.
+  const Vector rounding = RoundingOf(kOperationsOfStep) * size + of_g.cwiseAbs() * sources.g_noise;
   const Vector change = mode.correction * residual;
   if ((residual.array().abs() <= rounding.array()).all()) {
     // Where rounding moves slow states off a constraint, fast states make up for it at once.
@@ -366,7 +363,7 @@ bool Project(const Mode& mode, const StepSources& sources, double tolerance, Mag
     return true;
   }
   const Vector terms = mode.correction.cwiseAbs() * size;
-  const Vector allowed = tolerance * magnitudes.x + kHarmless * terms + magnitudes.x_noise;
+  const Vector allowed = tolerance * magnitudes.x + RoundingOf(kOperationsOfStep) * terms + magnitudes.x_noise;
   if ((change.array().abs() > allowed.array()).any()) return false;
   x -= change;
   magnitudes.x_noise += change.cwiseAbs().cwiseMin(mode.correction.cwiseAbs() * rounding);

@@ -7,6 +7,7 @@
 #include <complex>
 
 #include "core/discretization/legendre.h"
+#include "core/linalg/bounded_sum.h"
 
 namespace dlcs {
 namespace {
@@ -72,9 +73,8 @@ void StepLength::RaiseTo(double length) { length_ = std::max(length_, length); }
 // Of the horizon, or of the time in which the fastest part of the mode acts; t is known to its rounding only.
 double StepLength::Shortest(double t, const Mode* mode, double part_of_horizon, double part_of_rate) const {
   constexpr double kPartOfRate = 0.01;
-  constexpr double kOfTime = 2e-15;
   const double acts = mode && mode->rate > 0 ? kPartOfRate / mode->rate : horizon_;
-  return std::max(kOfTime * t, std::min(part_of_horizon * horizon_, part_of_rate * acts));
+  return std::max(RoundingOf(16) * t, std::min(part_of_horizon * horizon_, part_of_rate * acts));
 }
 
 double StepLength::ShortestStep(double t, const Mode* mode) const { return Shortest(t, mode, kShortestStep, 1); }
@@ -82,9 +82,8 @@ double StepLength::ShortestStep(double t, const Mode* mode) const { return Short
 // Time is known so well near 0 that a mode may be a part of it that is shorter than those parts.
 double StepLength::ShortestMode(double t, const Mode* mode) const {
   constexpr double kPartOfTime = 1e-4;
-  constexpr double kRoundingOfTime = 4e-16;
   const double shortest = Shortest(t, mode, 1e-14, 1e-2);
-  return std::max(std::clamp(kPartOfTime * t, kPartOfTime * shortest, shortest), kRoundingOfTime * t);
+  return std::max(std::clamp(kPartOfTime * t, kPartOfTime * shortest, shortest), RoundingOf(4) * t);
 }
 
 double ShareOfTolerance(double length, double horizon) {

@@ -37,6 +37,9 @@ constexpr double RoundingOf(Index operations) {
   return static_cast<double>(operations) * (std::numeric_limits<double>::epsilon() / 2);
 }
 
+// An ulp: the largest distance of neighbors, as a part of them.
+inline constexpr double kUlp = RoundingOf(2);
+
 // The factor for c + A x, where A has so many columns, and the sum of the sizes of the terms is rounded, too.
 constexpr double RoundingOfProduct(Index columns) { return RoundingOf(2 * (columns + 1)); }
 
