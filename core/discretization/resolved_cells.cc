@@ -3,19 +3,63 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <mutex>
 #include <numbers>
 #include <variant>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/weyl_sequence.h"
 #include "core/problem/formula_switching.h"
+#include "core/setup_cache.h"
 
 namespace dlcs {
+
+// The cells of some sources, from 0 on, as far as a solve needed them. They do not depend on who makes them.
+struct ResolvedCells::Kept {
+  std::vector<std::shared_ptr<const AnalyzedFormula>> formulas;  // whose addresses are in the key: none is made there
+  mutable std::mutex mutex;
+  mutable std::vector<double> ends{0.0};
+  mutable std::vector<double> sizes;  // of the sources, up to the last end
+};
 
 ResolvedCells::ResolvedCells(const Problem& problem) : breaks_(BreakPoints(problem)), horizon_(problem.horizon) {
   breaks_.push_back(problem.horizon);
   Add(problem, problem.f);
   Add(problem, problem.g);
+  if (!sources_.empty()) ResumeFromKept();
+}
+
+// More cells take longer to follow than to make.
+constexpr std::size_t kMostKept = 8192;
+
+ResolvedCells::~ResolvedCells() {
+  if (!kept_ || ends_.size() > kMostKept) return;
+  const std::lock_guard lock(kept_->mutex);
+  if (ends_.size() <= kept_->ends.size()) return;
+  kept_->ends = ends_;
+  for (std::size_t k = 0; k < sources_.size(); ++k) kept_->sizes[k] = sources_[k].size;
+}
+
+void ResolvedCells::ResumeFromKept() {
+  constexpr Index kCacheBytes = 64'000'000;
+  static SetupCache& cache = *new SetupCache(kCacheBytes);
+  SetupKey key("cells");
+  key.Add(horizon_);
+  for (const double time : breaks_) key.Add(time);
+  for (const Source& source : sources_) {
+    key.Add(static_cast<Index>(reinterpret_cast<std::intptr_t>(source.formula.get()))).Add(source.from).Add(source.to);
+  }
+  kept_ = cache.Get<Kept>(key, [this]() -> SetupCache::Made<Kept> {
+    auto kept = std::make_shared<Kept>();
+    for (const Source& source : sources_) kept->formulas.push_back(source.formula);
+    kept->sizes.resize(sources_.size());
+    return {std::move(kept), static_cast<double>(kMostKept * sizeof(double))};
+  });
+  const std::lock_guard lock(kept_->mutex);
+  ends_ = kept_->ends;
+  for (std::size_t k = 0; k < sources_.size(); ++k) sources_[k].size = kept_->sizes[k];
 }
 
 void ResolvedCells::Add(const Problem& problem, const TimeFunction& function) {
@@ -32,13 +76,22 @@ void ResolvedCells::Add(const Problem& problem, const TimeFunction& function) {
   }
 }
 
+// Steps of first order have passed, without cells.
+void ResolvedCells::BeginAnewAt(double begin) {
+  kept_.reset();
+  ends_ = {begin};
+  for (Source& source : sources_) source.size = 0;
+}
+
 double ResolvedCells::Reach(double begin, double end) {
   if (sources_.empty()) return end;
+  if (used_ < begin) BeginAnewAt(begin);
   const auto cells_behind = [&] { return ends_.end() - std::upper_bound(ends_.begin(), ends_.end(), begin); };
-  if (ends_.back() < begin) ends_ = {begin};  // steps of first order have passed
   while (ends_.back() < end && cells_behind() < kMostOfAStep) AddCell();
   const std::ptrdiff_t count = cells_behind();
-  return count < kMostOfAStep ? end : std::min(end, *(ends_.end() - count + kMostOfAStep - 1));
+  const double reach = count < kMostOfAStep ? end : std::min(end, *(ends_.end() - count + kMostOfAStep - 1));
+  used_ = std::max(used_, *std::lower_bound(ends_.begin(), ends_.end(), reach));
+  return reach;
 }
 
 std::size_t ResolvedCells::CountUntil(double t) const {
@@ -107,7 +160,7 @@ void ResolvedCells::AddCell() {
 // no more than the values in this one. It is not longer than a part of T, so that there are enough of them; see
 // ShortPulseTest.OfOneIsNotMissedBesideAnything.
 bool ResolvedCells::IsHidden(double lo, double hi) {
-  constexpr double kParts = 1024;
+  constexpr Index kParts = 1024;
   constexpr int kLooks = 2 * kLegendreSize;
   if (hi - lo > horizon_ / kParts) return false;
   for (int look = 0; look < kLooks; ++look) {
@@ -118,7 +171,6 @@ bool ResolvedCells::IsHidden(double lo, double hi) {
 }
 
 ResolvedCells::Resolution ResolvedCells::Resolve(double lo, double hi) {
-  constexpr double kUlp = std::numeric_limits<double>::epsilon();
   Resolution worst = Resolution::kResolved;
   for (std::size_t k = 0; k < sources_.size(); ++k) {
     // The one that was too coarse last is likely to be it again.

@@ -29,13 +29,17 @@ class ResolvedCells {
   explicit ResolvedCells(const Problem& problem);
   // No cells, as of a problem without formulas.
   ResolvedCells() = default;
+  // Keeps the cells for other solves with the same sources.
+  ~ResolvedCells();
+  ResolvedCells(ResolvedCells&&) = default;
+  ResolvedCells& operator=(ResolvedCells&&) = delete;
 
   // Whether no source is a formula in t.
   bool is_empty() const { return sources_.empty(); }
 
   // The end of the cell at which a step from `begin` to `end` should end at the latest: the last one of kMostOfAStep
-  // cells behind `begin`, or `end`. Makes the cells up to there, each of which costs FormulaMajorant::Evaluate() for
-  // each different formula and halving.
+  // cells behind `begin`, or `end`. Makes the cells up to there that no solve has made yet, each of which costs
+  // FormulaMajorant::Evaluate() for each different formula and halving.
   double Reach(double begin, double end);
   // A polynomial of degree K that is right in so many cells has none of the features that made them short, beyond what
   // is allowed. So a step is not cut where it matters, and the work of making cells is bounded by that of steps.
@@ -67,7 +71,10 @@ class ResolvedCells {
     bool IsOf(double lo, double hi) const { return from <= lo && hi <= to; }
   };
   enum class Resolution { kResolved, kSingular, kTooCoarse };
+  struct Kept;
 
+  void ResumeFromKept();
+  void BeginAnewAt(double begin);
   void Add(const Problem& problem, const TimeFunction& function);
   void AddCell();
   bool IsHidden(double lo, double hi);
@@ -77,6 +84,8 @@ class ResolvedCells {
   std::vector<double> breaks_;  // with the horizon
   double horizon_ = 0;
   std::vector<double> ends_{0.0};  // of the cells, increasing
+  double used_ = 0;                // the end of the last one that was needed
+  std::shared_ptr<const Kept> kept_;
   std::vector<double> probes_;
   std::size_t coarsest_ = 0;  // the source that was too coarse last
 };

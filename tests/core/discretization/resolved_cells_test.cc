@@ -82,6 +82,29 @@ TEST(ResolvedCellsTest, AStepReachesOverAFewCellsAtMost) {
   EXPECT_EQ(cells.Reach(5, 5 + 1e-10), 5 + 1e-10);
 }
 
+// A solve that stopped early, or passed a part of time by other steps, leaves no other cells than one that did not.
+TEST(ResolvedCellsTest, AreTheSameWhicheverSolveMadeThem) {
+  constexpr double kHorizon = 3;
+  const auto cells_of = [](const std::string& f, double beginning, double begin) {
+    const Problem problem = WithSource(f, kHorizon);
+    ResolvedCells cells(problem);
+    for (double t = 0; t < beginning;) t = cells.Reach(t, beginning);
+    for (double t = begin; t < kHorizon;) t = cells.Reach(t, kHorizon);
+    return cells.CellsIn(begin, kHorizon);
+  };
+  // Written differently, they share nothing.
+  const auto at_once = cells_of("sin(200*t) + 1/(1 + (t - 1)**2)", 0, 0);
+  for (const double part : {0.01, 1.0, 2.9}) {
+    { ResolvedCells(WithSource("1/(1 + (t - 1)**2) + sin(200*t)", kHorizon)).Reach(0, part); }
+    const auto resumed = cells_of("1/(1 + (t - 1)**2) + sin(200*t)", 0, 0);
+    ASSERT_EQ(resumed.size(), at_once.size()) << part;
+    for (std::size_t k = 0; k < resumed.size(); ++k) EXPECT_EQ(resumed[k], at_once[k]) << part;
+  }
+  const auto behind_gap = cells_of("2*sin(200*t)", 0.1, 2);
+  cells_of("2*sin(200*t)", 0, 0);
+  EXPECT_EQ(cells_of("2*sin(200*t)", 0.1, 2), behind_gap);
+}
+
 TEST(ResolvedCellsTest, WithoutFormulasNothingIsChecked) {
   Problem problem = testing::Scalar(-1, 1, 1, 2);
   ResolvedCells cells(problem);
