@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,11 +41,13 @@ Solution SolveBy(const Problem& problem, const Options& options) {
   return solution.ok() ? *std::move(solution) : Solution{};
 }
 
+constexpr double kErrorOfSecondOpinion = 1e-12;
+
 // At the times of `solution`; by event location, which has no step in common with what is judged.
 Solution SecondOpinionOf(const Problem& problem, const Solution& solution) {
   Options options;
   options.method = Method::kEventDriven;
-  options.error_tolerance = 1e-12;
+  options.error_tolerance = kErrorOfSecondOpinion;
   options.output_times = solution.times;
   options.output_times_only = true;
   return SolveBy(problem, options);
@@ -74,7 +78,7 @@ bool YCounts(const Solution& solution) { return solution.accuracy.errors.y.size(
 std::optional<double> AddNotBelowAThird(int trial, const Problem& problem, const Solution& solution, Ratios& ratios) {
   const Solution exact = SecondOpinionOf(problem, solution);
   if (exact.termination != Termination::kReachedEnd) return std::nullopt;
-  const double error = TrueError(solution, exact, YCounts(solution));
+  const double error = std::max(0.0, TrueError(solution, exact, YCounts(solution)) - kErrorOfSecondOpinion);
   ratios.Add(solution.accuracy.error, error);
   EXPECT_GE(ratios.values.back(), 1.0 / 3) << "trial " << trial << ": " << solution.accuracy.error << " for " << error;
   return error;
@@ -115,6 +119,52 @@ TEST(ErrorFigureTest, OfFixedStepsIsSeldomBelowAThird) {
                 ratios.Below(0.1), ratios.Median());
   }
 }
+
+// What one method says of its errors holds of another, too: the same bounds for figure over error, at even times; what
+// is solved is right, and what is ten times as good as it must be is solved.
+class TwoMethodsTest : public ::testing::TestWithParam<int> {};
+
+TEST_P(TwoMethodsTest, MeanTheSameByTheirErrors) {
+  constexpr int kTrials = 100, kTimes = 1009;
+  constexpr double kTolerance = 1e-2;
+  constexpr std::array kMethods = {Method::kEventDriven, Method::kExponentialIntegrator, Method::kTimeStepping};
+  LcpGenerator random(Seed() + 3 + static_cast<std::uint64_t>(GetParam()));
+  std::map<Method, Ratios> ratios;
+  std::map<Method, int> refused;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Problem problem = RandomSystem(random);
+    const std::size_t first = static_cast<std::size_t>(trial) % kMethods.size();
+    const std::size_t second = (first + 1 + static_cast<std::size_t>(random.Integer(0, 1))) % kMethods.size();
+    for (const std::size_t k : {first, second}) {
+      Options options;
+      options.method = kMethods[k];
+      options.error_tolerance = kTolerance;
+      options.output_times_only = true;
+      for (int j = 1; j <= kTimes; ++j) options.output_times.push_back(problem.horizon * (double{1} * j / kTimes));
+      const Solution solution = SolveBy(problem, options);
+      if (solution.termination != Termination::kReachedEnd) continue;  // the iteration, where y is no function of x
+      const std::optional<double> error = AddNotBelowAThird(trial, problem, solution, ratios[kMethods[k]]);
+      if (!error) continue;
+      const bool is_solved = JudgeSolution(solution).kind == VerdictKind::kSolved;
+      if (is_solved) {
+        EXPECT_LE(*error, kTolerance) << "trial " << trial << ", " << MethodName(kMethods[k]);
+      } else if (*error <= kTolerance / 10) {
+        ++refused[kMethods[k]];
+      }
+    }
+  }
+  for (auto& [method, of_method] : ratios) {
+    EXPECT_GT(of_method.values.size(), 40U) << MethodName(method);
+    EXPECT_LE(of_method.Median(), 60) << MethodName(method);
+    EXPECT_LE(refused[method], 2) << MethodName(method);
+    if (std::getenv("DLCS_TEST_SEED")) {
+      std::printf("%s: %zu, median %.2f, refused without need %d\n", MethodName(method), of_method.values.size(),
+                  of_method.Median(), refused[method]);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, TwoMethodsTest, ::testing::Range(0, 3));
 
 // A = -r G G' with r up to 1e4, M positive definite, and g with a jump at a break point: the contour for a time t
 // serves sources of every age, also at times before the last piece.
