@@ -13,7 +13,6 @@
 namespace dlcs {
 namespace {
 
-constexpr double kVaries = 1e-6;  // of the size of a state
 constexpr int kSamples = 16;      // of a piece
 // Where the section is in the range of its state: thresholds of symmetric circuits are in the middle, and there y
 // jumps.
@@ -37,6 +36,25 @@ Crossing Locate(const TrajectoryPiece& piece, Index i, double level, double from
   return {to, StateAt(piece, to), BranchAt(piece, to)};
 }
 
+// Where state `section` passes `level` upwards, from the time `begin` on.
+std::vector<Crossing> UpwardCrossings(const Solution& solution, Index section, double level, double begin) {
+  std::vector<Crossing> crossings;
+  bool was_below = false;
+  for (const TrajectoryPiece& piece : solution.pieces) {
+    for (int k = 0; k <= kSamples; ++k) {
+      const double time = SampleTime(piece, k);
+      if (time < begin) continue;
+      const bool is_below = StateAt(piece, time)[section] < level;
+      // Between two pieces too, whose values there differ by rounding.
+      if (was_below && !is_below) {
+        crossings.push_back(Locate(piece, section, level, SampleTime(piece, std::max(0, k - 1)), time));
+      }
+      was_below = is_below;
+    }
+  }
+  return crossings;
+}
+
 }  // namespace
 
 std::variant<Oscillation, std::string> FindOscillation(const Solution& solution, double horizon) {
@@ -54,33 +72,22 @@ std::variant<Oscillation, std::string> FindOscillation(const Solution& solution,
     }
   }
   const Vector range = high - low;
-  Index section = 0;
-  double varies = 0;
+  // Those that vary most first, relative to their sizes.
+  const Vector part = (size.array() > 0).select(range.cwiseQuotient(size), 0);
+  std::vector<Index> sections;
   for (Index i = 0; i < m; ++i) {
-    const double part = size[i] > 0 ? range[i] / size[i] : 0;
-    if (part <= varies) continue;
-    varies = part;
-    section = i;
+    if (part[i] > kAtRest) sections.push_back(i);
   }
+  std::stable_sort(sections.begin(), sections.end(), [&](Index a, Index b) { return part[a] > part[b]; });
   const std::string until = "[0, " + FormatNumber(horizon) + "]";
-  if (!(varies > kVaries)) {
+  if (sections.empty()) {
     return "No oscillation was found: the solution from x0 comes to rest on " + until +
            ". Start from another x0, or follow it for longer.";
   }
-  const double level = low[section] + kSection * range[section];
   std::vector<Crossing> crossings;
-  bool was_below = false;
-  for (const TrajectoryPiece& piece : solution.pieces) {
-    for (int k = 0; k <= kSamples; ++k) {
-      const double time = SampleTime(piece, k);
-      if (time < begin) continue;
-      const bool is_below = StateAt(piece, time)[section] < level;
-      // Between two pieces too, whose values there differ by rounding.
-      if (was_below && !is_below) {
-        crossings.push_back(Locate(piece, section, level, SampleTime(piece, std::max(0, k - 1)), time));
-      }
-      was_below = is_below;
-    }
+  for (const Index section : sections) {
+    crossings = UpwardCrossings(solution, section, low[section] + kSection * range[section], begin);
+    if (crossings.size() >= 2) break;
   }
   if (crossings.size() < 2) {
     return "No oscillation was found: the solution from x0 passes no state twice on the second half of " + until +
@@ -94,7 +101,7 @@ std::variant<Oscillation, std::string> FindOscillation(const Solution& solution,
     const Crossing& earlier = crossings[static_cast<std::size_t>(k)];
     distances[k] = 0;
     for (Index i = 0; i < m; ++i) {
-      if (range[i] > kVaries * size[i]) {
+      if (range[i] > kAtRest * size[i]) {
         distances[k] = std::max(distances[k], std::abs(last.state[i] - earlier.state[i]) / range[i]);
       }
     }

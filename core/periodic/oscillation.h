@@ -12,6 +12,9 @@
 
 namespace dlcs {
 
+// What varies by less than this part of the size of every state is an equilibrium.
+inline constexpr double kAtRest = 1e-6;
+
 struct Oscillation {
   Vector state;       // a state to which the solution returns, nearly
   Vector y;           // there, as BranchAt() has it

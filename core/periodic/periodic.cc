@@ -19,6 +19,7 @@
 #include "core/periodic/oscillation.h"
 #include "core/periodic/period_map.h"
 #include "core/periodic/stability.h"
+#include "core/problem/options.h"
 #include "core/problem/source_periods.h"
 #include "core/problem/violation_list.h"
 
@@ -34,13 +35,9 @@ constexpr int kMaxElsewhere = 3;  // periods after which x returned, but on anot
 // A residual, relative to the sizes, below which a start counts as periodic.
 constexpr double kIsPeriodic = 1e-8;
 // The tolerance of a period far from the answer, and the Newton step below which solves are as accurate as the answer.
-constexpr double kLooseTolerance = 1e-6;
 constexpr double kNear = 1e-2;
 // The smallest tolerance of a period, and the share of the tolerance that the errors of a period may use.
-constexpr double kTightest = 1e-13;
 constexpr double kShare = 0.1;
-// An oscillation that is smaller than this part of the size of every state is an equilibrium.
-constexpr double kAtRest = 1e-6;
 constexpr double kShortestStep = 1.0 / 8;  // of Newton's
 constexpr double kShorter = 3.0 / 4;       // each of Newton's full steps shortens the next one to this part
 
@@ -128,7 +125,7 @@ class Search {
 };
 
 absl::StatusOr<Iterate> Search::Evaluate(const Vector& start, const Vector& y_before, double period, bool accurate) {
-  const double loose = std::min(tolerance_, kLooseTolerance);
+  const double loose = std::min(tolerance_, Options::kDefaultErrorTolerance);
   const double tolerance = accurate ? std::min(tight_, loose) : loose;
   auto solve = map_.Solve(start, y_before, period, tolerance, accurate);
   if (!solve.ok()) return solve.status();
@@ -167,7 +164,8 @@ void Search::AddStep(Iterate& iterate) const {
 
 // Follows the solution up to T, and takes an oscillation from its second half. Without one, says why.
 absl::Status Search::FindStart(Vector& start, Vector& y_before, double& period) {
-  auto transient = map_.Solve(problem_.x0, Vector(), problem_.horizon, kLooseTolerance, /*as_asked=*/false);
+  auto transient =
+      map_.Solve(problem_.x0, Vector(), problem_.horizon, Options::kDefaultErrorTolerance, /*as_asked=*/false);
   if (!transient.ok()) return transient.status();
   solves_before_ = map_.solves();
   work_before_ = map_.work();
@@ -269,17 +267,16 @@ bool Search::IsUnstable() const {
 }
 
 absl::Status Search::TakeNewtonStep(bool& accepted) {
-  constexpr double kMostOfPeriod = 0.5;
   const Index m = current_.solve.start.size();
   accepted = false;
   if (IsNear()) {
     const double amplification = current_.inverse.leftCols(m).cwiseAbs().rowwise().sum().maxCoeff();
-    tight_ = std::clamp(kShare * tolerance_ / amplification, kTightest, tolerance_);
+    tight_ = std::clamp(kShare * tolerance_ / amplification, Options::kMinErrorTolerance, tolerance_);
   }
   for (double part = 1; part >= kShortestStep; part /= 2) {
     const Vector change = part * current_.step.cwiseProduct(current_.scale);
     const double of_period = finds_period_ ? change[m] / current_.solve.period : 0;
-    const bool is_sensible = change.allFinite() && std::abs(of_period) <= kMostOfPeriod;
+    const bool is_sensible = change.allFinite() && 2 * std::abs(of_period) <= 1;
     if (is_sensible) {
       auto trial = Evaluate(current_.solve.start + change.head(m), current_.solve.y_end,
                             current_.solve.period * (1 + of_period), IsNear());
