@@ -8,6 +8,7 @@
 A named one is declared as `constexpr double kName` or `const double kName`; an array counts once. Literals are those in
 other code, but for integers up to 16, halves of them and powers of two, which mean what they say. Coefficients of a
 method, such as the nodes of a quadrature, do not count: the comment above their declaration begins with "Table:".
+Neither do names of what nobody chooses: infinity and other limits of doubles, and multiples of π.
 """
 
 import collections
@@ -20,6 +21,10 @@ DECLARATION = re.compile(r"^\s*(?=(?:\w+ )*(?:constexpr|const) )(?:(?:static|inl
 NAME = re.compile(r"(?:\bdouble|,)\s+(k[A-Z]\w*)\s*(?:\[\w*\]\s*)?[=;]")
 LITERAL = re.compile(
     r"(?<![\w.])(?:0[xX][\da-fA-F.]+[pP][-+]?\d+|(?:\d+\.\d*|\.\d+)(?:[eE][-+]?\d+)?|\d+[eE][-+]?\d+)(?![\w.])"
+)
+GIVEN = re.compile(
+    r"=\s*[-+*/\d.\s]*(?:std::numbers::\w+|std::numeric_limits<double>::(?:infinity|quiet_NaN|max|min|denorm_min)\(\))"
+    r"[-+*/\d.\s]*;"
 )
 LARGEST_INTEGER = 16
 
@@ -55,7 +60,7 @@ def constants(path):
             while ";" not in code[number] and number + 1 < len(code):
                 number += 1
                 statement += " " + code[number]
-            if not is_table(lines, first):
+            if not is_table(lines, first) and not GIVEN.search(statement):
                 named += [(first + 1, name) for name in NAME.findall(re.sub(r"\{[^}]*\}", "", statement))]
         else:
             literals += [(number + 1, literal) for literal in LITERAL.findall(statement) if not is_plain(literal)]

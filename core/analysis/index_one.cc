@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/phi_functions.h"
 
@@ -164,7 +165,7 @@ double FreeMotionTime(const IndexOneSystem& system, const Vector& x0, const Semi
   double further = time;
   for (int step = 1; step < kMaxFreeSteps && time < horizon && !stop.stop_requested(); ++step) {
     x = ExponentialTimes(system.A, further, std::move(x));  // ‖A‖ further <= log 2
-    const double rounding = 1e-14 * step * static_cast<double>(x.size());
+    const double rounding = RoundingOf(64 * x.size()) * step;
     further = NextStep(system, x, start.rows, rounding);
     if (!(further > 1e-9 * horizon)) break;
     time = std::min(horizon, time + further);

@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "core/circuits/circuit_rounding.h"
 #include "core/format_number.h"
+#include "core/lcp/basis/tolerance.h"
 
 namespace dlcs {
 namespace {
@@ -388,7 +388,7 @@ void MakeReciprocal(const CircuitBranches& graph, const Vector& sign, Matrix& M)
     if (!is_controlled) M(i, i) = std::max(0.0, M(i, i));
     for (Index j = 0; j < i; ++j) {
       const double mirrored = sign[i] == sign[j] ? M(j, i) : -M(j, i);
-      if (is_controlled && std::abs(M(i, j) - mirrored) > kNetworkRounding * (std::abs(M(i, j)) + std::abs(mirrored)))
+      if (is_controlled && std::abs(M(i, j) - mirrored) > kLcpTolerance * (std::abs(M(i, j)) + std::abs(mirrored)))
         continue;
       M(i, j) = (M(i, j) + mirrored) / 2;
       M(j, i) = sign[i] == sign[j] ? M(i, j) : -M(i, j);

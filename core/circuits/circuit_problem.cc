@@ -11,7 +11,6 @@
 
 #include "core/circuits/circuit_branches.h"
 #include "core/circuits/circuit_names.h"
-#include "core/circuits/circuit_rounding.h"
 #include "core/circuits/circuit_states.h"
 #include "core/circuits/element_faults.h"
 #include "core/circuits/first_branch.h"
@@ -324,7 +323,7 @@ class Formulation {
     Vector g(n);
     evaluator->Evaluate(axis.Nearest(0), Side::kRight, g);
     const Matrix& N = problem.N.Dense();
-    const Vector tolerance = kStartRounding * (g.cwiseAbs() + N.cwiseAbs() * x0_.cwiseAbs());
+    const Vector tolerance = kWorkingPrecision * (g.cwiseAbs() + N.cwiseAbs() * x0_.cwiseAbs());
     const BlockSolutions solutions =
         SolveByBlocks(M, g + N * x0_, tolerance, Matrix(0, n), graph_.clamps, states_.sign());
     if (!solutions.undecided.empty()) {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/circuits/circuit_names.h"
-#include "core/circuits/circuit_rounding.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/linalg/bounded_sum.h"
 
 namespace dlcs {
@@ -166,7 +166,7 @@ absl::Status CircuitStates::FindDynamics() {
   e_s_ = excess * s_;
   e_ds_ = of_own * Theta - excess * gamma_;
   const Matrix terms = of_own.cwiseAbs() * Theta.cwiseAbs() + excess.cwiseAbs() * gamma_.cwiseAbs();
-  e_ds_ = BoundedSums<Matrix>{e_ds_, terms}.WithoutRounding(kNetworkRounding);  // what cancels is zero
+  e_ds_ = BoundedSums<Matrix>{e_ds_, terms}.WithoutRounding(kLcpTolerance);     // what cancels is zero
   if (e > 0) state_from_storage_ = divided(driven);                             // else the states are the storages
   dependent_x_ = std::move(T);
   dependent_s_ = std::move(Theta);

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/circuits/circuit_names.h"
-#include "core/circuits/circuit_rounding.h"
 #include "core/format_number.h"
+#include "core/lcp/basis/tolerance.h"
 
 namespace dlcs {
 namespace {
@@ -108,7 +108,7 @@ absl::Status CheckCouplings(const Circuit& circuit) {
     names += (names.empty() ? "" : ", ") + coupling.name;
   }
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(normal, Eigen::EigenvaluesOnly);
-  if (solver.eigenvalues().minCoeff() >= -kNetworkRounding * static_cast<double>(count)) return absl::OkStatus();
+  if (solver.eigenvalues().minCoeff() >= -kLcpTolerance * static_cast<double>(count)) return absl::OkStatus();
   return absl::InvalidArgumentError("the couplings " + names +
                                     " together do not belong to coils: the inductance matrix has a negative "
                                     "eigenvalue. Make them smaller");

@@ -17,8 +17,8 @@ namespace {
 
 using RowVector = Eigen::RowVectorXd;
 
-// Sums of terms that cancel to less than this, relative to the terms, are zero.
-constexpr double kCancels = RoundingOf(512);
+// Sums that cancel to less than the rounding of so many operations on their terms are zero.
+constexpr Index kOperations = 512;
 
 bool IsSolvedFor(BranchRole role) {
   return role == BranchRole::kResistor || role == BranchRole::kControlledVoltage ||
@@ -192,7 +192,7 @@ bool LinearNetwork::Solve(NetworkFault& fault) {
     terms(*block, Eigen::all) = inverse.cwiseAbs() * size_of_right;
     for (const Index k : *block) {
       for (Index j = 0; j < num_inputs_; ++j) {
-        if (std::abs(solved(k, j)) <= kCancels * terms(k, j)) solved(k, j) = 0;
+        if (std::abs(solved(k, j)) <= RoundingOf(kOperations) * terms(k, j)) solved(k, j) = 0;
       }
     }
   }
@@ -210,7 +210,7 @@ RowVector LinearNetwork::InInputs(const RowVector& primary) const {
     terms += std::abs(primary[b]) * bound_.row(b);
   }
   for (Index j = 0; j < row.size(); ++j) {
-    if (std::abs(row[j]) <= kCancels * terms[j]) row[j] = 0;
+    if (std::abs(row[j]) <= RoundingOf(kOperations) * terms[j]) row[j] = 0;
   }
   return row;
 }

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "core/circuits/circuit_names.h"
-#include "core/circuits/circuit_rounding.h"
 #include "core/circuits/first_branch.h"
 #include "core/circuits/linear_network.h"
 #include "core/circuits/solution_blocks.h"
@@ -190,7 +189,7 @@ absl::Status MissedVoltage(const RestNetwork& at_rest, const RestProblem& rest, 
 
 // What is zero but for rounding is zero.
 Vector StorageAt(const RestProblem& rest, const Vector& y) {
-  return BoundedProduct(rest.storage, y, rest.constant).WithoutRounding(kNetworkRounding);
+  return BoundedProduct(rest.storage, y, rest.constant).WithoutRounding(kLcpTolerance);
 }
 
 std::string NamesOfDiodes(const CircuitBranches& graph, const Circuit& circuit) {
@@ -252,7 +251,7 @@ absl::StatusOr<Vector> StartAmongSeveral(const RestProblem& rest, const Circuit&
                                          const CircuitBranches& graph) {
   const std::string advice = "; give the start with IC= and UIC";
   const BlockSolutions found =
-      SolveByBlocks(rest.M, rest.q, kStartRounding * rest.q_size, rest.storage, graph.clamps, rest.sign);
+      SolveByBlocks(rest.M, rest.q, kWorkingPrecision * rest.q_size, rest.storage, graph.clamps, rest.sign);
   if (found.open_row >= 0)
     return NotDetermined(circuit.elements[AsSize(graph.storages[AsSize(found.open_row)].element)]);
   if (!found.undecided.empty()) {

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/circuits/circuit_rounding.h"
 #include "core/circuits/linear_network.h"
 #include "core/lcp/basis/tolerance.h"
 #include "core/lcp/dense/basic_solutions.h"
@@ -201,7 +200,7 @@ class ClampTrials {
       of_rest = -factors.Solve(M_(active, rest));
       constant = -factors.Solve(Matrix(q_(active)));
       const Matrix to_rest = M_(rest, active);
-      tolerance += kNetworkRounding *
+      tolerance += kLcpTolerance *
                    (to_rest.cwiseAbs() * (constant.cwiseAbs() + factors.Solve(Matrix(tolerance_(active))).cwiseAbs()));
       M += to_rest * of_rest;
       q += to_rest * constant;
@@ -305,7 +304,7 @@ class BlockSearch {
     const Matrix M = M_(block, block);
     const Matrix rows_of_block = M_(block, Eigen::all);
     const Vector q = q_(block) + rows_of_block * before;
-    const Vector tolerance = tolerance_(block) + kNetworkRounding * (rows_of_block.cwiseAbs() * before.cwiseAbs());
+    const Vector tolerance = tolerance_(block) + kLcpTolerance * (rows_of_block.cwiseAbs() * before.cwiseAbs());
     Matrix rows(NumNeeds(b) + observed_.rows(), M.cols());
     rows.topRows(NumNeeds(b)) = M_(needs_[b], block);
     rows.bottomRows(observed_.rows()) = observed_(Eigen::all, block);

@@ -18,8 +18,9 @@ void AddTerm(const Matrix& coefficient, const Eigen::Ref<const Matrix>& values, 
 // Raises each residual of a row to the largest |min(y / y_size, w / w_size)| over the columns, which hold no NaN.
 void RaiseRowResiduals(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w,
                        const CertificateRows& rows, Vector& residual) {
-  constexpr double kUnderflow = std::numeric_limits<double>::min();
-  const auto inverse = [](double size) { return size >= kUnderflow ? 1 / size : size >= 0 ? 0 : size; };
+  const auto inverse = [](double size) {
+    return size >= std::numeric_limits<double>::min() ? 1 / size : size >= 0 ? 0 : size;
+  };
   const Vector of_y = rows.y_size.unaryExpr(inverse), of_w = rows.w_size.unaryExpr(inverse);
   for (Index j = 0; j < y.cols(); ++j) {
     const double *const y_j = y.col(j).data(), *const w_j = w.col(j).data();
@@ -130,12 +131,11 @@ void CertificateBuilder::RaiseSizes(const Eigen::Ref<const Matrix>& x, const Eig
 }
 
 void CertificateBuilder::AddDrift(const Matrix& increments, double step) {
-  constexpr double kResolved = 0.5;
   CertificateRows& rows = rows_;
   const Vector slope = problem_.A.AbsTimes(rows.x_size) + problem_.B.AbsTimes(rows.y_size) + rows.f_size;
   const Vector size = problem_.has_mass() ? problem_.E.AbsTimes(rows.x_size) : rows.x_size;
   // 0 for the rows that steps of this length do not resolve.
-  const Vector counted = (step * slope.array() > kResolved * size.array()).select(0, Vector::Ones(slope.size()));
+  const Vector counted = (2 * step * slope.array() > size.array()).select(0, Vector::Ones(slope.size()));
   for (Index j = 0; j < increments.cols(); ++j) {
     rows.drift += counted.cwiseProduct(increments.col(j));
     RaiseRowMaxAbs(rows.drift, rows.largest_drift);

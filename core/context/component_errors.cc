@@ -8,14 +8,15 @@
 #include <utility>
 
 #include "core/linalg/abs_times.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
 namespace {
 
-// The rounding error of a sum, relative to the numbers from which it is summed.
-constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+// Of the sums whose rounding counts, on each of the numbers from which they are summed.
+constexpr Index kOperations = 32;
 
 // Trajectories may be larger than the remaining memory, so they are processed a few columns at a time.
 Index ColumnsAtOnce(const Solution& solution) {
@@ -160,7 +161,7 @@ ComponentValues RoundingOfTerms(const Problem& problem, const ComponentValues& s
   ComponentValues rounding;
   if (sizes.y.size() > 0) {
     moved += problem.B.AbsTimes(sizes.y);
-    rounding.w = kRounding * (problem.N.AbsTimes(sizes.x) + problem.M.AbsTimes(sizes.y) + sizes.w);
+    rounding.w = RoundingOf(kOperations) * (problem.N.AbsTimes(sizes.x) + problem.M.AbsTimes(sizes.y) + sizes.w);
     // An active y_i has the rounding of w_i, divided by M_ii.
     rounding.y = problem.M.Diagonal().binaryExpr(
         rounding.w, [](double diagonal, double of_w) { return diagonal != 0 ? of_w / std::abs(diagonal) : 0; });
@@ -168,11 +169,11 @@ ComponentValues RoundingOfTerms(const Problem& problem, const ComponentValues& s
     rounding.y = (sizes.y.array() > 0).select(rounding.y, 0);
     rounding.w = (sizes.w.array() > 0).select(rounding.w, 0);
   }
-  rounding.x = kRounding * (sizes.x + MemoryOf(problem, problem.horizon).cwiseProduct(moved));
+  rounding.x = RoundingOf(kOperations) * (sizes.x + MemoryOf(problem, problem.horizon).cwiseProduct(moved));
   return rounding;
 }
 
-ComponentValues RoundingOfTerms(const ComponentValues& sizes) { return {kRounding * sizes.x}; }
+ComponentValues RoundingOfTerms(const ComponentValues& sizes) { return {RoundingOf(kOperations) * sizes.x}; }
 
 ComponentValues DifferencesBetween(const Solution& a, const Solution& b, const ComponentValues& measured,
                                    double apart) {

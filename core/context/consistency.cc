@@ -18,9 +18,6 @@
 namespace dlcs {
 namespace {
 
-// At a break point the state carries the rounding errors of all previous steps.
-constexpr double kToleranceBehindSteps = 16 * kLcpTolerance;
-
 // Raises context.row_size to what w is summed from at the start of a smooth interval; the first time also to what |g|
 // comes to on [0, T], seen at its kinks and, where it has formulas, at ProbeTimes(). What is not finite there is seen
 // by the steps.
@@ -160,7 +157,8 @@ bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Ve
   const Problem& problem = context.problem;
   Vector q = problem.N * x + g;
   RaiseRowSize(context, g, x, y);
-  const Vector tolerance = (time == 0 ? kLcpTolerance : kToleranceBehindSteps) * context.row_size;
+  // At a break point the state carries the rounding errors of all previous steps.
+  const Vector tolerance = (time == 0 ? 1 : 16) * kLcpTolerance * context.row_size;
   y.setZero();
   y_is_solution = false;
 

@@ -4,28 +4,27 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/discretization/grid.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
 namespace {
 
-constexpr double kRatio = 4;               // of the lengths of consecutive levels
-constexpr double kStepsBehind = 2;         // at this distance, in steps, a step may be that long
-constexpr double kRoundingOfSteps = 1e-9;  // of a step
+constexpr Index kRatio = 4;        // of the lengths of consecutive levels
+constexpr Index kStepsBehind = 2;  // at this distance, in steps, a step may be that long
 
 // The step allowed at the distance `behind` from a layer: step / 4^k, with the least k >= 0.
 double AllowedStep(double step, double behind, double shortest) {
   const double longest = std::max(shortest, behind / kStepsBehind);
-  while (step > longest * (1 + kRoundingOfSteps)) step /= kRatio;
+  while (step > longest * (1 + kSameNode)) step /= kRatio;
   return step;
 }
 
 // Appends steps no longer than `step` over [begin, end], to the last run if they continue it.
 void Append(double begin, double end, double step, bool starts_at_break, Grid& grid) {
-  const Index steps = std::max<Index>(1, static_cast<Index>(std::ceil((end - begin) / step - kRoundingOfSteps)));
+  const Index steps = std::max<Index>(1, static_cast<Index>(std::ceil((end - begin) / step - kSameNode)));
   const double length = (end - begin) / static_cast<double>(steps);
-  if (std::abs(length - step) > kRoundingOfSteps * step)
-    step = length;  // lengths that agree to rounding are one length
+  if (std::abs(length - step) > kSameNode * step) step = length;  // lengths that agree to rounding are one length
   if (grid.runs.empty() || starts_at_break || grid.runs.back().step != step) {
     grid.runs.push_back({.first_node = grid.num_steps(), .begin = begin, .starts_at_break = starts_at_break});
   }
@@ -44,7 +43,7 @@ void AppendDivided(const Run& run, double begin, double end, double layer, doubl
   while (begin < end) {
     const double step = AllowedStep(run.step, begin - layer, shortest);
     double until = layer + kRatio * kStepsBehind * step;
-    if (step == run.step || until > end - kRoundingOfSteps * step) until = end;
+    if (step == run.step || until > end - kSameNode * step) until = end;
     Append(begin, until, step, starts_at_break, grid);
     begin = until;
     starts_at_break = false;
@@ -86,8 +85,7 @@ std::vector<double> LayerTimes(const Problem& problem, Sources& sources) {
   for (const double t : break_points) {
     sample(t, Side::kLeft, before);
     sample(t, Side::kRight, behind);
-    constexpr double kJump = 1e-9;
-    if (MaxAbs(behind - before) > kJump * std::max(MaxAbs(before), MaxAbs(behind))) layers.push_back(t);
+    if (MaxAbs(behind - before) > kSameNode * std::max(MaxAbs(before), MaxAbs(behind))) layers.push_back(t);
   }
   return layers;
 }

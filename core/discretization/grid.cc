@@ -12,10 +12,6 @@
 namespace dlcs {
 namespace {
 
-// Two times are one node if they are closer than this fraction of a step, and of their distance from the break point
-// before them: in a layer behind it, the solution may change within a tiny part of a step.
-constexpr double kSameNode = 1e-9;
-
 // Whether two times are the same time, rounded a few times. Given nodes may be arbitrarily close.
 bool IsRounded(double a, double b) { return std::abs(a - b) <= RoundingOf(16) * std::max(a, b); }
 

@@ -21,6 +21,10 @@ struct Run {
   bool starts_at_break = false;  // at 0 or at a break point: f and g may jump here, and so may the state
 };
 
+// Two times are one node if they are closer than this fraction of a step, and of their distance from the break point
+// before them: in a layer behind it, the solution may change within a tiny part of a step.
+inline constexpr double kSameNode = 1e-9;
+
 struct Grid {
   std::vector<Run> runs;
   std::vector<double> times;        // of all nodes; a break point is one node (methods see both its limits)

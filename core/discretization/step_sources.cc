@@ -17,8 +17,8 @@ namespace {
 
 // Not a node, and not symmetric to one: between the two nodes right of the middle.
 constexpr double kCheckPosition = 0.1305;
-// The rounding error of an interpolant, relative to its largest value; a smaller difference is no interpolation error.
-constexpr double kSourceRounding = RoundingOf(64);
+// Of an interpolant, on its largest value; a difference that is no more than their rounding is no interpolation error.
+constexpr Index kOperations = 64;
 
 // What is left of each value beyond `noise`, towards zero.
 Vector Beyond(const Vector& values, const Vector& noise) {
@@ -65,7 +65,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
       series.col(0) = at_check;
       largest = at_check.cwiseAbs();
       rounding_at(begin + length / 2, rounding_);
-      noise = kSourceRounding * largest + rounding_;
+      noise = RoundingOf(kOperations) * largest + rounding_;
       missed.setZero(size);
       misfit.setZero(size);
       return at_check.allFinite() && noise.allFinite();
@@ -85,7 +85,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
       rounding_at(begin + length * (1 + s) / 2, rounding_);
       noise = noise.cwiseMax(rounding_);
     }
-    noise = kSourceRounding * largest + noise.cwiseMax(2 * time_rounding * slope_.cwiseAbs().rowwise().sum());
+    noise = RoundingOf(kOperations) * largest + noise.cwiseMax(2 * time_rounding * slope_.cwiseAbs().rowwise().sum());
     misfit = at_check - ValueOf(series, at_check_position);
     const bool finite = misfit.allFinite() && noise.allFinite();
     missed = Beyond(misfit, noise);

@@ -7,6 +7,7 @@
 
 #include "core/context/component_errors.h"
 #include "core/driver/error_control.h"
+#include "core/driver/step_control.h"
 #include "core/problem/verdict.h"
 
 namespace dlcs {
@@ -50,12 +51,11 @@ bool IsBetter(const Solution& second, const Solution& first) {
 // Whether the two differ by more than their estimated errors allow. Two step lengths that both miss a fast motion agree
 // with each other, so their estimate does not show the error.
 bool Contradict(const Problem& problem, const Solution& by_events, const Solution& stepped) {
-  constexpr double kMargin = 3;  // of estimates
   const double estimates = by_events.accuracy.error + stepped.accuracy.error;
   if (!std::isfinite(estimates)) return false;
   const ComponentValues sizes = SizesOf(problem, by_events, /*y_counts=*/false);
   const ComponentValues differences = DifferencesBetween(by_events, stepped, sizes, stepped.step);
-  return Beyond(differences, RoundingOfTerms(problem, sizes)).LargestRelative(sizes) > kMargin * estimates;
+  return Beyond(differences, RoundingOfTerms(problem, sizes)).LargestRelative(sizes) > kSafetyOfComparison * estimates;
 }
 
 // Solves by the method that is chosen with `choose_by`, after `first`; returns `first` if no other method applies.

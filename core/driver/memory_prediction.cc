@@ -12,9 +12,9 @@
 namespace dlcs {
 namespace {
 
-constexpr double kMatricesOfAStep = 12;      // of size m × m, with the work space of the matrix functions
-constexpr double kColumnsOfARun = 8;         // for each node: y, q, g, the free motion, ...
-constexpr double kMaxKernelDoubles = 8.4e7;  // blocks and their transforms, as core/laplace/kernel.h bounds them
+constexpr Index kMatricesOfAStep = 12;           // of size m × m, with the work space of the matrix functions
+constexpr Index kColumnsOfARun = 8;              // for each node: y, q, g, the free motion, ...
+constexpr Index kMaxKernelDoubles = 84'000'000;  // blocks and their transforms, as core/laplace/kernel.h bounds them
 
 // How many lengths of step have a set-up at the same time.
 double LengthsKept(const Grid& grid, Index states) {
@@ -35,7 +35,7 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
   const double trajectory = ((m + 2 * n + 2) * outputs + steps + 1) * sizeof(double);  // with the grid
   const double couplings = 4 * n * n * sizeof(double);
   const double kernel =
-      method == Method::kLaplaceIteration ? std::min(5 * n * n * steps, kMaxKernelDoubles) * sizeof(double) : 0;
+      method == Method::kLaplaceIteration ? std::min<double>(5 * n * n * steps, kMaxKernelDoubles) * sizeof(double) : 0;
   const double run_columns = (kColumnsOfARun * n + 2 * psi) * steps * sizeof(double);
   // Steps on states keep blocks of some steps: at most 16 MB for each matrix, with sparse factors 4 MB.
   const double most = propagator.record.used == PropagatorKind::kSparseStepping ? 5e5 : 2e6;

@@ -124,12 +124,13 @@ double JacobiRadius(const Problem& problem, const Options& options) {
 // The constants were measured on grids of one to three dimensions with m from 343 to 20,000 and n from 2 to 150, where
 // each prediction is within a factor of four. What they decide between differs by ten to a hundred.
 Seconds PredictSeconds(const Problem& problem, const Options& options, const FactorSize& factor) {
-  constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 12, kSetupIterations = 20;
-  constexpr double kDiagonalEntry = 1.5e-9, kDiagonalIterations = 9;  // per square root of the condition number
-  constexpr double kLcpSetup = 3.5e-10, kLcp = 2e-9;
-  constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
-  constexpr double kCholesky = 5e-10, kLu = 8e-10, kFactorEntry = 5e-10;
-  constexpr double kState = 5e-8;  // sources, certificate and records of a step
+  // Table: measured seconds for an entry, a multiplication or a state, and numbers of iterations; those with the
+  // diagonal as preconditioner are per square root of the condition number.
+  constexpr double kKrylovEntry = 1e-8, kKrylovStart = 1e-5, kKrylovIterations = 12, kSetupIterations = 20,
+                   kDiagonalEntry = 1.5e-9, kDiagonalIterations = 9, kLcpSetup = 3.5e-10, kLcp = 2e-9,
+                   kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9,
+                   kCholesky = 5e-10, kLu = 8e-10, kFactorEntry = 5e-10,
+                   kState = 5e-8;  // sources, certificate and records of a step
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
   const auto [steps, lengths] = StepsInAll(problem, options);
   const auto [in_steps, in_lengths] = SteppingStepsInAll(problem, options);

@@ -9,6 +9,9 @@
 namespace dlcs {
 namespace {
 
+// Results of different eliminations that differ by less than this part are the same.
+constexpr double kZero = 1e-9;
+
 constexpr Index kMaxConstraintsOfMinors = 20;
 
 // M^h as the options make it.
@@ -20,7 +23,6 @@ std::string CoupledMatrixText(const Options& options, bool two_stages) {
 // Whether a symmetric positive definite P with P X = Y exists: X'Y is symmetric, positive semidefinite, and of the rank
 // of X and of Y.
 bool HaveStorage(const Matrix& X, const Matrix& Y) {
-  constexpr double kZero = 1e-9;
   const Matrix product = X.transpose() * Y;
   const double size = MaxAbs(product);
   if (MaxAbs(product - product.transpose()) > kZero * size) return false;
@@ -37,7 +39,6 @@ bool HaveStorage(const Matrix& X, const Matrix& Y) {
 // where N B decides, and where the answer would take long.
 bool MayLeaveStatesOpen(const Problem& problem) {
   constexpr Index kMaxPairs = 300, kMaxEntries = 10'000'000;
-  constexpr double kZero = 1e-9;
   if (problem.num_constraints() > kMaxPairs || problem.B.size() > kMaxEntries || problem.M.IsZero()) return false;
   const Matrix &M = problem.M.Dense(), &B = problem.B.Dense();
   const Eigen::SelfAdjointEigenSolver<Matrix> form(M + M.transpose());

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/event_driven/step_length.h"
 #include "core/linalg/abs_times.h"
 #include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
@@ -22,7 +23,6 @@ constexpr double kOfMissed = 0.25;
 
 // The time of an event has the rounding of so many operations at best.
 constexpr Index kOperationsOfTime = 32;
-constexpr double kNear = 1e-4;  // before or behind an event, as a part of its time
 // Of a linear function.
 constexpr Index kOperationsOfRow = 8;
 

@@ -20,18 +20,6 @@
 namespace dlcs {
 namespace {
 
-// Estimates follow the steps of x. If y is not that of its steps, as where it is a difference of terms that are much
-// larger, only the defect of x' shows that. It is far above the tolerance then: steps of high order have one near it,
-// up to a thousand times as large where sources are not smooth. Between nodes of coupled steps y jumps.
-void CountDefect(const Certificate& certificate, double tolerance, EventRecord& record) {
-  constexpr double kFarAbove = 1e3, kSmallest = 1e-5;
-  if (record.coupled_steps > 0 || !(certificate.ode_defect > 0)) return;
-  const double defect = certificate.ode_defect / certificate.ode_scale;
-  if (!(defect > std::max(kFarAbove * tolerance, kSmallest))) return;
-  ErrorsByCause& errors = record.errors.x;
-  errors.truncation = errors.truncation.cwiseMax(defect * errors.own);
-}
-
 // What is lost at events falls by leaps: only where steps of so much less error do not help is the rest rounding.
 constexpr double kFarLess = 1e-4;
 
@@ -128,7 +116,6 @@ bool EventDriven(SolveContext& context) {
     solution.left_limits.clear();
     context.first_impulse.reset();
   }
-  CountDefect(context.certificate.certificate(), tolerance, record);
   solution.switching_times = SwitchingTimesOf(record, BreakPoints(context.problem), solution.jumps);
   solution.step = record.longest_step;
   solution.cost.solves = passes;

@@ -40,7 +40,6 @@ struct DipsByCause {
 // The part of a guard that is below zero but above its level, or that may be: where the guard comes nearer to zero than
 // its error, an event may have been missed. What is no deeper than rounding is rounding, the rest truncation.
 DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double s_end) {
-  constexpr double kMostNoise = 4;  // of which a guard has at most so many times as much
   const LegendreVector series = step.guard.values.row(guard).transpose();
   const double noise = step.guard.noise[guard];
   const Dip dip = DipBelowZero(series, kOfNoise * noise, s_end);
@@ -58,7 +57,7 @@ DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::By
   const double rounding = of_state.rounding[guard];
   const Dip both = near_zero(step.guard.truncation[guard] + rounding + of_state.truncation[guard]);
   Dip of_rounding = near_zero(rounding);
-  const double most = std::max(rounding, kMostNoise * noise);
+  const double most = std::max(rounding, noise);
   if (of_rounding.depth > most) of_rounding = {most, of_rounding.mean * most / of_rounding.depth};
   return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding};
 }
@@ -230,7 +229,7 @@ void RelayJumps::AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_st
     if (both == 0) continue;
     const double of_truncation = std::max(0.0, both - of_rounding);
     if (!lcp_) lcp_ = MakeLcpSolver(problem_.M, selection_);
-    const Vector jump = problem_.B * JumpAcross(problem_, *lcp_, step, i, noise + truncation, s_end);
+    const Vector jump = problem_.B * JumpAcross(problem_, *lcp_, step, i, noise + rounding + truncation, s_end);
     overlooked.rounding.slope += of_rounding * jump.cwiseAbs();
     overlooked.truncation.slope += of_truncation * jump.cwiseAbs();
     overlooked.with_signs.slope += of_truncation * jump;

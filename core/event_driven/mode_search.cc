@@ -19,8 +19,6 @@ constexpr double kFirstPart = 1.0 / 1024;
 constexpr int kRatio = 6;  // 2^6
 // w_i above minus the rounding of so many operations on the numbers it is summed from counts as nonnegative.
 constexpr Index kOperationsOfW = 16;
-// A step below this part of t would hardly be one: t + h is rounded.
-constexpr double kMinOfTime = 1e-14;
 // Modes are kept until there are so many, and then all forgotten.
 constexpr std::size_t kKeptModes = 256;
 
@@ -83,7 +81,8 @@ double ModeSearch::StepOf(double t, double scale, double longest, int attempt) c
   } else {
     h = std::ldexp(scale, kRatio * (attempt - kOfFastest + 1));
   }
-  h = std::min(std::max(kFirstPart * h, kMinOfTime * std::abs(t)), longest / 2);
+  // A step below that would hardly be one: t + h is rounded.
+  h = std::min(std::max(kFirstPart * h, RoundingOf(64) * std::abs(t)), longest / 2);
   return std::ldexp(1.0, std::ilogb(h));
 }
 

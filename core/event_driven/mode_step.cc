@@ -321,18 +321,16 @@ void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source
 }
 
 Vector ModeStepper::Stiffness(const Vector& size) const {
-  constexpr double kMax = 2 * K + 1;
   const Vector change = half_ * AbsTimes(mode_->dynamics, size);
   Vector stiffness(size.size());
-  for (Index i = 0; i < size.size(); ++i) stiffness[i] = change[i] > 0 ? std::min(kMax, change[i] / size[i]) : 0;
+  for (Index i = 0; i < size.size(); ++i) stiffness[i] = change[i] > 0 ? std::min(Odd(K), change[i] / size[i]) : 0;
   return stiffness;
 }
 
 ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source,
                                          const Vector& source_noise) const {
   constexpr Index kOperations = 8;
-  constexpr int kMaxCorrections = 6, kMaxSteadyCorrections = 16;
-  constexpr double kSteady = 1.0 / 8;  // of the change before
+  constexpr int kMaxCorrections = 16;
   const bool is_explicit = mode_->is_explicit();
   LegendreSeries integral = half_ * Integral(source);
   integral.col(0) = start;
@@ -344,9 +342,8 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   for (const Index i : solution.unreached) x.row(i).setZero();
   solution.uncertainty = Vector::Zero(start.size());
   const Vector given_to_rows = integral.rightCols(K).cwiseAbs().rowwise().sum();
-  int most = kMaxCorrections;
   LegendreSeries missing = Missing(x, integral, start);
-  for (int correction = 0; correction < most; ++correction) {
+  for (int correction = 0; correction < kMaxCorrections; ++correction) {
     const Vector size = x.cwiseAbs().rowwise().sum();
     const Vector of_states = RoundingOf(kOperations) * (start.cwiseAbs() + size);
     const Vector of_rows =
@@ -376,10 +373,6 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     x += change;
     for (const Index i : solution.unreached) x.row(i).setZero();
     missing = Missing(x, integral, start);
-    if (correction > 0 &&
-        (changed.array() <= kSteady * solution.uncertainty.array() + RoundingOf(kOperations) * size.array()).all()) {
-      most = kMaxSteadyCorrections;
-    }
     solution.uncertainty = changed;
   }
   solution.left = States(SolveIntegrated(missing));

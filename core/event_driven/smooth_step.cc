@@ -208,10 +208,9 @@ void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, St
   rows.tail = EstimateTail(rows.values, coefficients);
   // A slope misses Σ a_k P'_k over k > K, each of which is (2k + 1) P_{k-1} + (2k - 3) P_{k-3} + ...: k (k + 1)/2 a_k
   // at the ends, of which the decay of its coefficients shows the first term.
-  constexpr double kOfSlopeShown = (kLegendreDegree + 2) / 4.0;
   if (output.slope.size() > 0) {
     const auto has_slope = (output.slope.array() != 0).rowwise().any().eval();
-    rows.tail = has_slope.select(kOfSlopeShown * rows.tail, rows.tail);
+    rows.tail = has_slope.select((kLegendreDegree + 2) / 4.0 * rows.tail, rows.tail);
   }
   rows.truncation = rows.tail + lift.cwiseAbs();
   Vector of_sources = AbsTimes(output.g, sources_.g_missed.cwiseAbs()), with_signs = output.g * sources_.g_misfit;

@@ -13,7 +13,7 @@ namespace dlcs {
 namespace {
 
 // By how much the next step may be longer, or should be shorter.
-double FactorFor(double error_ratio) { return 0.9 * std::pow(error_ratio, -1.0 / (kLegendreDegree - 1)); }
+double FactorFor(double error_ratio) { return 7.0 / 8 * std::pow(error_ratio, -1.0 / (kLegendreDegree - 1)); }
 
 }  // namespace
 
@@ -46,9 +46,9 @@ void StepLength::Accept(double length, double error_ratio) {
 }
 
 double StepLength::AfterError(const SmoothStep& step, double length, double shortest) {
-  constexpr double kNoLess = 0.7;
+  constexpr double kNoLess = 3.0 / 4;
   const double factor = FactorFor(step.error_ratio);
-  const double shorter = length * (std::isfinite(factor) ? std::clamp(factor, 0.1, 0.7) : 0.1);
+  const double shorter = length * (std::isfinite(factor) ? std::clamp(factor, 1.0 / 8, kNoLess) : 1.0 / 8);
   const bool falls = rejected_in_a_row_ == 0 || step.error_ratio < kNoLess * rejected_ratio_;
   const double layer_length = falls ? step.layer_length : step.small_layer_length;
   rejected_ratio_ = step.error_ratio;
@@ -70,20 +70,19 @@ void StepLength::EndMode(double lasted) {
 
 void StepLength::RaiseTo(double length) { length_ = std::max(length_, length); }
 
-// Of the horizon, or of the time in which the fastest part of the mode acts; t is known to its rounding only.
-double StepLength::Shortest(double t, const Mode* mode, double part_of_horizon, double part_of_rate) const {
+// A part of the horizon, or of the time in which the fastest part of the mode acts; t is known to its rounding only.
+double StepLength::Shortest(double t, const Mode* mode, double part) const {
   constexpr double kPartOfRate = 0.01;
   const double acts = mode && mode->rate > 0 ? kPartOfRate / mode->rate : horizon_;
-  return std::max(RoundingOf(16) * t, std::min(part_of_horizon * horizon_, part_of_rate * acts));
+  return std::max(RoundingOf(16) * t, part * std::min(kShortestStep * horizon_, acts));
 }
 
-double StepLength::ShortestStep(double t, const Mode* mode) const { return Shortest(t, mode, kShortestStep, 1); }
+double StepLength::ShortestStep(double t, const Mode* mode) const { return Shortest(t, mode, 1); }
 
 // Time is known so well near 0 that a mode may be a part of it that is shorter than those parts.
 double StepLength::ShortestMode(double t, const Mode* mode) const {
-  constexpr double kPartOfTime = 1e-4;
-  const double shortest = Shortest(t, mode, 1e-14, 1e-2);
-  return std::max(std::clamp(kPartOfTime * t, kPartOfTime * shortest, shortest), RoundingOf(4) * t);
+  const double shortest = Shortest(t, mode, 1.0 / 128);
+  return std::max(std::clamp(kNear * t, kNear * shortest, shortest), RoundingOf(4) * t);
 }
 
 double ShareOfTolerance(double length, double horizon) {

@@ -40,7 +40,7 @@ class StepLength {
   double ShortestMode(double t, const Mode* mode) const;
 
  private:
-  double Shortest(double t, const Mode* mode, double part_of_horizon, double part_of_rate) const;
+  double Shortest(double t, const Mode* mode, double part) const;
 
   double horizon_;
   double length_;
@@ -52,6 +52,9 @@ class StepLength {
 
 // Steps that are shorter than this part of the horizon are not worth a collocation, nor a step of first order.
 inline constexpr double kShortestStep = 1e-12;
+
+// Before or behind an event, as a part of its time.
+inline constexpr double kNear = 1e-4;
 
 // The part of the tolerance that a step of this length gets: error control never requires less than 2 %.
 double ShareOfTolerance(double length, double horizon);

@@ -9,13 +9,12 @@ namespace dlcs {
 
 std::optional<Jump> DetectJump(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Matrix>& y,
                                double largest_slope) {
-  constexpr double kRelative = 1e-6;  // of the slope
   // The rounding of y, and of q through the slope.
   const double rounding = kSameResult * (MaxAbs(y) + largest_slope * MaxAbs(q));
   for (Index j = 1; j < q.cols(); ++j) {
     const double change = MaxAbs(y.col(j) - y.col(j - 1));
     const double moved = MaxAbs(q.col(j) - q.col(j - 1));
-    if (change > (1 + kRelative) * largest_slope * moved + rounding) return Jump{j, change / moved};
+    if (change > (1 + kClearDifference) * largest_slope * moved + rounding) return Jump{j, change / moved};
   }
   return std::nullopt;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -33,11 +34,10 @@ double RelativeChange(const Vector& size, const Vector& change) {
 
 bool Converged(const std::vector<double>& changes, double tolerance) {
   const double change = changes.back();
-  constexpr double kRounding = 1e-15;
-  if (change <= kRounding) return true;
+  if (change <= RoundingOf(8)) return true;
   if (changes.size() == 1) return false;
   const double contraction = change / changes[changes.size() - 2];
-  if (contraction >= 1) return change <= 1e2 * kRounding;
+  if (contraction >= 1) return change <= RoundingOf(1024);
   return change <= tolerance && change * contraction / (1 - contraction) <= tolerance;
 }
 

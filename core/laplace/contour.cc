@@ -22,7 +22,7 @@ double PowerExponentialIntegral(int l, double a) {
   if (a >= 0) {
     // The integral is Kummer's function M(1, l+1, a) = Σ a^k/((l+1)⋯(l+k)).
     double sum = 1, term = 1;
-    for (int k = 1; term > 1e-17 * sum; ++k) sum += term *= a / (l + k);
+    for (int k = 1; sum + term > sum; ++k) sum += term *= a / (l + k);
     return sum;
   }
   // Downwards J_k = (1 + a J_{k+1})/k: stable while k > |a|. Above l the start is forgotten by a product of |a|/k.
@@ -36,12 +36,16 @@ double PowerExponentialIntegral(int l, double a) {
 
 Contour SourceContour(Index nodes) {
   const double root = std::sqrt(static_cast<double>(nodes));
-  return {.nodes = nodes, .mu = root / 4, .gamma = 0.794, .step = 2.06 / root};
+  // Table: of the source, as SourceContour() states it.
+  constexpr double kGamma = 0.794, kStep = 2.06;
+  return {.nodes = nodes, .mu = root / 4, .gamma = kGamma, .step = kStep / root};
 }
 
 Contour InitialStateContour(Index nodes) {
   const double count = static_cast<double>(nodes);
-  return {.nodes = nodes, .mu = 4.4921 * count, .gamma = 1.1721, .step = 1.0818 / count};
+  // Table: of the source, as InitialStateContour() states it.
+  constexpr double kMu = 4.4921, kGamma = 1.1721, kStep = 1.0818;
+  return {.nodes = nodes, .mu = kMu * count, .gamma = kGamma, .step = kStep / count};
 }
 
 std::vector<ContourNode> Nodes(const Contour& contour) {

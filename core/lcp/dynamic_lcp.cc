@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/format_number.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/lcp.h"
 #include "core/linalg/norms.h"
 #include "core/matrix_classes/matrix_class.h"
@@ -78,7 +79,7 @@ std::vector<double> StepTimes(const std::vector<double>& nodes, double max_step)
   std::vector<double> times = {nodes.front()};
   for (std::size_t k = 1; k < nodes.size(); ++k) {
     const double length = nodes[k] - nodes[k - 1];
-    const double count = std::max(1.0, std::ceil(length / max_step * (1 - 1e-12)));
+    const double count = std::max(1.0, std::ceil(length / max_step * (1 - kLcpTolerance)));
     for (double j = 1; j < count; ++j) times.push_back(nodes[k - 1] + length * (j / count));
     times.push_back(nodes[k]);
   }

@@ -35,7 +35,7 @@ inline DoubleDouble SumOfLargerFirst(double a, double b) {
   return {sum, b - (sum - a)};
 }
 inline DoubleDouble Product(double a, double b) {
-  constexpr double kSplit = 134217729;  // 2²⁷ + 1
+  constexpr double kSplit = 0x1p27 + 1;
   const double a_split = kSplit * a, b_split = kSplit * b;
   const double a_high = a_split - (a_split - a), b_high = b_split - (b_split - b);
   const double a_low = a - a_high, b_low = b - b_high;

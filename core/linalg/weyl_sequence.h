@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include "core/types.h"
 
@@ -14,10 +15,7 @@ namespace dlcs {
 // The fractional part of k φ, where φ is the golden section. The values for k = 1, 2, ..., K spread evenly over (0, 1),
 // whatever K is, and no multiple of a common step is among them: good as places to look at a function, and as weights
 // of a sum whose terms must not cancel.
-inline double WeylValue(double k) {
-  constexpr double kGoldenSection = 0.6180339887498949;
-  return std::fmod(k * kGoldenSection, 1.0);
-}
+inline double WeylValue(double k) { return std::fmod(k * (std::numbers::phi - 1), 1.0); }
 
 // `size` pseudo-random signs for rounding errors, different for each `seed`.
 inline auto SignsOfRounding(Index size, unsigned seed = 0) {

@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/linalg/linear_program.h"
 #include "core/matrix_classes/s_matrix.h"
 #include "core/matrix_classes/semicopositive.h"
 
@@ -93,9 +94,9 @@ double ProductBelow(double a, double b) {
   return std::fma(a, b, -product) < 0 ? std::nextafter(product, -std::numeric_limits<double>::infinity()) : product;
 }
 
-// f with f_i m_ij = f_j m_ji but for rounding; empty where there is none. Walks along the nonzero entries.
+// f with f_i m_ij = f_j m_ji but for errors of programs, which decides in the end; empty where there is none. Walks
+// along the nonzero entries.
 Vector SymmetrizingWeights(const Matrix& M) {
-  constexpr double kRounding = 1e-9;  // the comparison matrix decides in the end
   const Index n = M.rows();
   Vector f = Vector::Zero(n);
   std::vector<Index> reached;
@@ -111,7 +112,7 @@ Vector SymmetrizingWeights(const Matrix& M) {
         if (!(M(i, j) / M(j, i) > 0)) return {};
         const double weight = f[i] * (M(i, j) / M(j, i));
         if (!std::isfinite(weight)) return {};
-        if (f[j] > 0 && !(std::abs(f[j] - weight) <= kRounding * weight)) return {};
+        if (f[j] > 0 && !(std::abs(f[j] - weight) <= kProgramTolerance * weight)) return {};
         if (f[j] > 0) continue;
         f[j] = weight;
         reached.push_back(j);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/format_number.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/matrix_classes/m_matrix.h"
@@ -21,7 +22,7 @@ struct SumFacts {
 };
 
 SumFacts JudgeSums(const Vector& sums, const std::string& what) {
-  const double rounding = 1e-14 * static_cast<double>(sums.size());
+  const double rounding = RoundingOf(64 * sums.size());
   Index largest = 0, smallest = 0;
   const double high = sums.maxCoeff(&largest), low = sums.minCoeff(&smallest);
   const auto fact = [&](bool holds, Index at, double value) {

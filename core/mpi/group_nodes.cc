@@ -22,9 +22,8 @@ using Complex = std::complex<double>;
 constexpr double kTolerance = 1e-13, kLoosest = 1e-6;
 
 double ToleranceAt(const StepContours& contours, Index p) {
-  constexpr double kShortestTime = 0.5;  // of steps of length one
   const Complex vertex = (contours.is_near(p) ? contours.near : contours.far).front().z;
-  const double decay = kShortestTime * (contours.node(p).z.real() - vertex.real());
+  const double decay = (contours.node(p).z.real() - vertex.real()) / 2;  // at the shortest time, half a step
   return std::min(kLoosest, kTolerance * std::exp(-decay));
 }
 

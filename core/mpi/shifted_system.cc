@@ -86,7 +86,6 @@ double ShiftedSystem::Norm(const Eigen::VectorXcd& v) {
 
 bool ShiftedSystem::Solve(Complex z, const Eigen::VectorXcd& b, double tolerance, Eigen::VectorXcd& x) {
   constexpr int kMostCycles = 25;
-  constexpr double kProgress = 0.5;
   constexpr int kTimesLooser = 10;  // where rounding does not allow the tolerance
   PrepareCycle(std::abs(z));
   x.setZero(b.size());
@@ -94,7 +93,7 @@ bool ShiftedSystem::Solve(Complex z, const Eigen::VectorXcd& b, double tolerance
   Precondition(w);
   double size = Norm(w), size_of_x = size, before = std::numeric_limits<double>::infinity();
   error_ = size == 0 ? 0 : 1;  // 1 where it is no number, which no cycle changes
-  for (int cycle = 0; cycle < kMostCycles && error_ > tolerance && size < kProgress * before; ++cycle) {
+  for (int cycle = 0; cycle < kMostCycles && error_ > tolerance && 2 * size < before; ++cycle) {
     before = size;
     // ‖x‖ is not much less than ‖M b‖, which it is compared with in the first cycle.
     Cycle(z, w, size, 0.5 * tolerance * size_of_x, x);

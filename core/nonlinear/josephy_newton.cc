@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/lcp/basis/tolerance.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
 #include "core/linalg/panel_product.h"
@@ -16,8 +17,6 @@ namespace {
 using Verdict = ComplementarityResult::Verdict;
 
 constexpr Index kMaxSteps = 50;
-constexpr double kTight = 1e-13;
-constexpr double kLoose = 1e-9;
 // A kept Jacobian is used as long as it lowers the merit by this factor; a fresh one must lower it by kDescent of the
 // step length.
 constexpr double kServes = 1e-2;
@@ -56,11 +55,11 @@ LcpStatus JosephyNewton::SolveLinearized(const Point& point, Vector& y) {
   Basis basis(point.y.size());
   for (Index i = 0; i < point.y.size(); ++i) basis[i] = point.y[i] > 0;
   y.resize(point.y.size());
-  LcpStatus verdict = solver_->Solve(q, kTight * size, basis, y);
+  LcpStatus verdict = solver_->Solve(q, kLcpTolerance * size, basis, y);
   if (verdict == LcpStatus::kSolved || selection_ != Selection::kUnique) return verdict;
   // The Jacobian here need not be a P-matrix because one elsewhere was.
   solver_ = MakeLcpSolver(jacobian_, Selection::kAny);
-  return solver_->Solve(q, kTight * size, basis, y);
+  return solver_->Solve(q, kLcpTolerance * size, basis, y);
 }
 
 bool JosephyNewton::SmallResidual(const Point& point, double tolerance) const {
@@ -116,7 +115,7 @@ ComplementarityResult JosephyNewton::Solve(const ComplementarityFunction& functi
       for (int halving = 0; !moved && halving <= (fresh ? kHalvings : 0); ++halving, length /= 2) {
         Point trial(function, point.y + length * (target - point.y));
         const double allowed = fresh ? 1 - kDescent * length : kServes;
-        const bool solved = length == 1 && SmallResidual(trial, kTight);
+        const bool solved = length == 1 && SmallResidual(trial, kLcpTolerance);
         if (!solved && !(trial.finite() && trial.merit <= allowed * point.merit)) continue;
         moved = true;
         point = std::move(trial);
@@ -132,7 +131,7 @@ ComplementarityResult JosephyNewton::Solve(const ComplementarityFunction& functi
       fresh = true;
       continue;
     }
-    if (lcp == LcpStatus::kSolved && SmallResidual(point, kLoose)) return finish(Verdict::kSolved, {});
+    if (lcp == LcpStatus::kSolved && SmallResidual(point, kSameResult)) return finish(Verdict::kSolved, {});
     if (!LevenbergMarquardt(function, point)) break;
     if (!Linearize(function, point.y)) return finish(Verdict::kNonFinite, "the Jacobian is not finite");
   }

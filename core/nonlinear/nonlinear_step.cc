@@ -30,7 +30,7 @@ class JointStep {
       x += dx;
       const double change = MaxAbs(dx);
       const double size = MaxAbs(x) + MaxAbs(known_);
-      if (change <= kRowRounding * size || (change >= last_change && change <= 1e-10 * size)) return x;
+      if (change <= kRowRounding * size || (change >= last_change && change <= kMaybeZero * size)) return x;
       last_change = change;
     }
     return Vector::Constant(guess_.size(), std::numeric_limits<double>::quiet_NaN());

@@ -14,6 +14,7 @@
 #include "core/driver/report.h"
 #include "core/driver/source_resolution.h"
 #include "core/driver/step_comparison.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/linalg/norms.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/nonlinear/nonlinear_context.h"
@@ -42,7 +43,7 @@ Vector FirstGuess(const NonlinearProblem& problem, NonlinearFunctions& functions
 
 // g_y with entries that may be rounding of its differences set to zero, so that its class can be determined.
 Matrix WithoutNoise(Matrix jacobian) {
-  const double noise = 1e-9 * MaxAbs(jacobian);
+  const double noise = kSameResult * MaxAbs(jacobian);
   return (jacobian.array().abs() <= noise).select(0, jacobian);
 }
 

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/outputs/output_curves.h"
+
 namespace dlcs {
 namespace {
 
@@ -105,9 +107,8 @@ class Cutter {
 }  // namespace
 
 std::vector<double> MonotoneParts(const LegendreSeries& factors, ValueRange range) {
-  constexpr double kFlat = 1e-13;  // of the size
   const Vector b = BernsteinProduct(factors);
-  Cutter cutter(range, kFlat * b.cwiseAbs().maxCoeff());
+  Cutter cutter(range, kCurveAccuracy * b.cwiseAbs().maxCoeff());
   if (b.allFinite()) cutter.Cut(b, -1, 1);
   return cutter.Take();
 }

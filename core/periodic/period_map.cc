@@ -19,8 +19,6 @@ namespace {
 // in a period. A state that comes to rest at zero has no relative accuracy.
 constexpr double kOfLargest = 1e-10;
 constexpr double kOfOthers = 1e-3;
-// Of a pair that is active while its y is 0.
-constexpr double kActive = std::numeric_limits<double>::min();
 
 // ∫ P_k ds from -1 to `s`, for all k.
 LegendreVector IntegralsTo(double s) {
@@ -87,11 +85,11 @@ void RaiseSizes(const Vector& largest, PeriodSolve& solve) {
 }  // namespace
 
 bool PeriodSolve::IsOnBranch(const Vector& y) const {
-  static constexpr double kPositive = 1e-3, kZero = 1e-9, kLeast = 1e-300;
+  static constexpr double kPositive = 1e-3, kZero = 1e-9;
   if (y_size.size() == 0) return true;
   if (y_before.size() == 0) return false;
   const auto differ = [this](const Vector& one, const Vector& other) {
-    const Vector unit = y_size.cwiseMax(kLeast / kZero);
+    const Vector unit = y_size.cwiseMax(std::numeric_limits<double>::min() / kZero);
     return (one.array() > kPositive * unit.array() && other.array() <= kZero * unit.array()).any();
   };
   return !differ(y, y_before) && !differ(y_before, y);
@@ -168,7 +166,7 @@ Vector StateAt(const TrajectoryPiece& piece, double time) {
 Vector BranchAt(const TrajectoryPiece& piece, double time) {
   const LegendreVector values = ValuesAt(piece, time);
   const Vector y = piece.y * values.head(piece.y.cols()), w = piece.w * values.head(piece.w.cols());
-  return (w.array() == 0).select(y.cwiseMax(kActive), 0);
+  return (w.array() == 0).select(y.cwiseMax(std::numeric_limits<double>::min()), 0);
 }
 
 const TrajectoryPiece& PieceAt(const Solution& solution, double time) {

@@ -86,7 +86,7 @@ Enclosure EncloseSwitch(FormulaOperation operation, const Enclosure& a, const En
 
 // Powers whose exponent is one of the whole numbers in `exponent`: of a negative base, others are not defined.
 Interval PowerOfWholes(Interval base, Interval exponent) {
-  constexpr double kMost = 16;
+  constexpr Index kMost = 16;
   const double first = std::ceil(exponent.lo), last = std::floor(exponent.hi);
   if (exponent.is_empty() || !(last - first < kMost) || last < first) return Power(base, exponent);
   Interval powers = Power(base, {first, first});

@@ -13,6 +13,8 @@
 #include <utility>
 
 #include "core/format_number.h"
+#include "core/linalg/bounded_sum.h"
+#include "core/linalg/weyl_sequence.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem/formula_enclosure.h"
 #include "core/setup_cache.h"
@@ -20,11 +22,9 @@
 namespace dlcs {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kEps = std::numeric_limits<double>::epsilon();
 // Enclosures of single steps that a search may take; a smooth formula is only searched for poles.
-constexpr double kMaxWork = 1e7;
-constexpr double kMaxWorkOfSmooth = 1e5;
+constexpr Index kMaxWork = 10'000'000;
+constexpr Index kMaxWorkOfSmooth = 100'000;
 // Intervals are cut at a fraction that no formula is likely to contain.
 constexpr double kCut = 0.48713;
 // An enclosure no wider than this many times that of one point is due to rounding.
@@ -76,12 +76,12 @@ double Shortest(double lo, double hi) {
 
 double CenterOf(Range range) {
   const double center = range.lo + (range.hi - range.lo) / 2;
-  return range.hi - range.lo <= 64 * kEps * std::abs(center) ? Shortest(range.lo, range.hi) : center;
+  return range.hi - range.lo <= 64 * kUlp * std::abs(center) ? Shortest(range.lo, range.hi) : center;
 }
 
 // The limit of values[k] at distance 0 from the distances[k], which fall, by polynomials through some of them.
 struct Extrapolated {
-  double value = kNaN;
+  double value = std::nan("");
   double error = std::numeric_limits<double>::infinity();
 };
 Extrapolated Extrapolate(const std::vector<double>& distances, const std::vector<double>& values,
@@ -130,7 +130,7 @@ class Search {
     std::vector<Range> stack = {{begin_, end_}};
     // 250 intervals lead to a pole at 0.
     const double least_work = 250 * static_cast<double>(enclosure_.computed().size());
-    const double most_work = std::max(least_work, switches_.empty() ? kMaxWorkOfSmooth : kMaxWork);
+    const double most_work = std::max(least_work, static_cast<double>(switches_.empty() ? kMaxWorkOfSmooth : kMaxWork));
     while (!stack.empty()) {
       const Range range = stack.back();
       work_ += static_cast<double>(enclosure_.computed().size());
@@ -139,7 +139,7 @@ class Search {
       stack.pop_back();
       const double middle = range.lo + kCut * (range.hi - range.lo);
       const double least =
-          std::max(4 * kEps * std::max(std::abs(range.lo), std::abs(range.hi)), kAtom * (end_ - begin_));
+          std::max(4 * kUlp * std::max(std::abs(range.lo), std::abs(range.hi)), kAtom * (end_ - begin_));
       const bool is_atom = !(range.lo < middle && middle < range.hi) || range.hi - range.lo <= least;
       is_short_ = range.hi - range.lo <= kShort * (end_ - begin_);
       enclosure_.Evaluate(range.lo, middle, range.hi);
@@ -195,7 +195,7 @@ class Search {
       work_ += static_cast<double>(enclosure_.computed().size());
       return Crossing(i, range, level, enclosure_.decider(i).slope.lo > 0);
     }
-    return kNaN;
+    return std::nan("");
   }
 
   // Notes what happens on an interval that is not cut.
@@ -263,7 +263,7 @@ class Search {
       const double at_switch = Decider(i, t);
       double same = std::nextafter(t, end_) - t;
       while (t + same < end_ && Decider(i, t + same) == at_switch) same *= 2;
-      for (int k = 0; k < 5 && Decider(i, t + 0.875 * same) != at_switch; ++k) same *= 0.875;
+      for (int k = 0; k < 5 && Decider(i, t + 7 * same / 8) != at_switch; ++k) same *= 7.0 / 8;
       uncertain_.push_back({t, same / 2});
       crossings_.push_back(t);
     };
@@ -390,7 +390,7 @@ class Search {
       }
       const double value = at.lo + at.width() / 2;
       largest = std::max(largest, std::abs(value));
-      if (at.width() > 0.1 * largest && values.size() > 3) break;
+      if (at.width() > largest / 8 && values.size() > 3) break;
       distances.push_back(std::abs(t - target));
       values.push_back(value);
       noise.push_back(at.width() / 2);
@@ -428,7 +428,7 @@ class Search {
     double largest = std::abs(limit);
     for (const double value : values) largest = std::max(largest, std::abs(value));
     for (std::size_t k = values.size() - looks; k < values.size(); ++k) {
-      const double slack = 4 * (noise[k] + noise[k - 1]) + 4 * kEps * std::abs(limit);
+      const double slack = 4 * (noise[k] + noise[k - 1]) + 4 * kUlp * std::abs(limit);
       if (std::abs(values[k] - limit) > std::abs(values[k - 1] - limit) + slack) return false;
       if (k + 3 >= values.size() && std::abs(values[k] - limit) > 0.05 * largest) return false;
     }
@@ -532,7 +532,7 @@ class Search {
       const double from = k == 0 ? begin_ : times[k - 1], to = k == times.size() ? end_ : times[k];
       double inside = from + kCut * (to - from);
       if (is_wide(inside)) {
-        inside = kNaN;
+        inside = std::nan("");
         after.clear();
       } else {
         inside = OffClusters(from, to);
@@ -556,7 +556,7 @@ class Search {
 
   // A time between `from` and `to` that lies in no narrow cluster.
   double OffClusters(double from, double to) const {
-    for (const double part : {kCut, 0.31171, 0.73297, 0.13771}) {
+    for (const double part : {kCut, WeylValue(2), WeylValue(3), WeylValue(4)}) {
       const double t = from + part * (to - from);
       const auto behind =
           std::lower_bound(narrow_.begin(), narrow_.end(), t, [](const Range& r, double time) { return r.hi < time; });
@@ -597,7 +597,7 @@ FormulaSwitching FindSwitchingTimes(const FormulaTree& tree, double begin, doubl
 absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeFormula(const std::string& text,
                                                                       const FormulaVariables& variables, double begin,
                                                                       double end) {
-  constexpr double kCacheBytes = 64e6;
+  constexpr Index kCacheBytes = 64'000'000;
   static SetupCache& cache = *new SetupCache(kCacheBytes);
   absl::Status status;
   const auto analyze = [&]() -> std::shared_ptr<const AnalyzedFormula> {

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/linalg/bounded_sum.h"
+
 namespace dlcs {
 
 struct Interval {
@@ -32,9 +34,8 @@ struct Interval {
 
 // `v` moved down by at least `ulps` units in the last place; +infinity becomes the largest finite number.
 inline double RoundDown(double v, double ulps = 1) {
-  constexpr double kEps = std::numeric_limits<double>::epsilon();
   if (std::isinf(v)) return v < 0 ? v : std::numeric_limits<double>::max();
-  return v - ulps * (std::abs(v) * kEps + std::numeric_limits<double>::denorm_min());
+  return v - ulps * (std::abs(v) * kUlp + std::numeric_limits<double>::denorm_min());
 }
 inline double RoundUp(double v, double ulps = 1) { return -RoundDown(-v, ulps); }
 

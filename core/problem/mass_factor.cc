@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/format_number.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/double_double.h"
 #include "core/linalg/equilibration.h"
 #include "core/linalg/norms.h"
@@ -41,14 +42,13 @@ MassFactor::MassFactor(SparseMatrix E) : rows_(Vector::Ones(E.rows())), columns_
 
 Matrix MassFactor::Solve(const Matrix& right) const {
   constexpr int kMaxSteps = 8;
-  constexpr double kRounding = 2 * std::numeric_limits<double>::epsilon();
   Matrix solution = SolveOnce(right);
   for (int step = 0; step < kMaxSteps; ++step) {
     const Matrix correction = SolveOnce(Residual(right, solution));
     const Vector size = RowMaxAbs(correction.transpose()), of_solution = RowMaxAbs(solution.transpose());
     if (!(size.array() < of_solution.array() || size.array() == 0).all()) break;
     solution += correction;
-    if ((size.array() <= kRounding * of_solution.array()).all()) break;
+    if ((size.array() <= RoundingOf(4) * of_solution.array()).all()) break;
   }
   return solution;
 }
@@ -125,8 +125,8 @@ std::string WhySingular(const StructuredMatrix& E) {
   if (const auto zeros = ZerosOf(SparseMatrix(sparse.cwiseAbs()).transpose() * ones); !zeros.empty()) {
     return what + Listed("column", zeros) + (zeros.size() > 1 ? " are" : " is") + " zero";
   }
-  constexpr double kMinutes = 1e11;
-  if (!E.is_dense() && PredictFactor(sparse).multiplications > kMinutes) return "";
+  constexpr Index kMinutes = 100'000'000'000;
+  if (!E.is_dense() && PredictFactor(sparse).multiplications > static_cast<double>(kMinutes)) return "";
   const MassFactor factor(sparse);
   if (factor.is_regular()) return "";
   std::vector<Index> dependent = factor.Dependent(/*of_columns=*/false);

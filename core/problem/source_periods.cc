@@ -25,7 +25,7 @@ namespace {
 
 // Two periods whose ratio is a fraction up to this part of it have a common multiple.
 constexpr double kSameRatio = 1e-9;
-constexpr double kMaxDenominator = 1e4;
+constexpr Index kMaxDenominator = 10'000;
 // Values one period apart are equal up to this part of the largest value.
 constexpr double kSameValue = 1e-8;
 
@@ -152,7 +152,6 @@ bool IsSame(double a, double b) { return std::abs(a - b) <= kSameRatio * std::ab
 // [begin, begin + 2 periods], and at irregular times.
 std::vector<double> OffsetsToCompare(const TimeFunction& function, double begin, double period) {
   constexpr int kIrregular = 67;
-  constexpr double kShortest = 1e-9;
   constexpr std::array<double, 3> kInside = {0.2113, 0.5, 0.7887};
   std::vector<double> breaks = {0, period};
   for (const double time : BreakPoints(function, begin + 2 * period)) {
@@ -163,7 +162,7 @@ std::vector<double> OffsetsToCompare(const TimeFunction& function, double begin,
   std::vector<double> offsets;
   for (std::size_t k = 0; k + 1 < breaks.size(); ++k) {
     const double length = breaks[k + 1] - breaks[k];
-    if (length < kShortest * period) continue;
+    if (length < kSameRatio * period) continue;
     for (const double part : kInside) offsets.push_back(breaks[k] + part * length);
   }
   return offsets;
@@ -227,7 +226,6 @@ bool Repeat(const Problem& problem, double begin, double period) {
 // The number of periods in [0, T] after which no break point makes a source differ from itself one period later. It may
 // have a jump between the starts above.
 double PeriodsBeforeLastBreak(const Problem& problem, double period) {
-  constexpr double kMiddle = 0.5, kShortest = 1e-9;
   double periods = 0;
   for (const PeriodicSource& source : PeriodicSources(problem)) {
     auto evaluator = TimeFunctionEvaluator::Create(source.function, source.size);
@@ -248,8 +246,8 @@ double PeriodsBeforeLastBreak(const Problem& problem, double period) {
     for (Index k = 0; k < count; ++k) {
       const double begin = breaks[static_cast<std::size_t>(k)], end = breaks[static_cast<std::size_t>(k) + 1];
       difference.col(k).setZero();
-      if (end - begin < kShortest * period) continue;
-      const double time = begin + kMiddle * (end - begin);
+      if (end - begin < kSameRatio * period) continue;
+      const double time = begin + (end - begin) / 2;
       evaluator->Evaluate(time, Side::kRight, now);
       evaluator->Evaluate(time + period, Side::kRight, later);
       size = size.cwiseMax(now.cwiseAbs()).cwiseMax(later.cwiseAbs());

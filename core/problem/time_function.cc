@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "core/linalg/abs_times.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/problem/formula.h"
 #include "core/problem/formula_switching.h"
 #include "core/problem/violation_list.h"
@@ -88,7 +89,7 @@ absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeOn(const std::stri
 // The compiled forms of the four kinds of pieces; each writes its value at t to `out`, or the bound of its rounding,
 // and knows where it is constant.
 
-constexpr double kRoundings = 2 * std::numeric_limits<double>::epsilon();
+constexpr Index kOperations = 4;
 
 class CompiledConstant {
  public:
@@ -177,7 +178,7 @@ class CompiledSamples {
   void RoundingAt(double t, Eigen::Ref<Vector> out) {
     const auto column = static_cast<Index>(finder_.Find(t, Side::kRight));
     const Index next = std::min(column + 1, values_.cols() - 1);
-    out = kRoundings * values_.col(column).cwiseAbs().cwiseMax(values_.col(next).cwiseAbs());
+    out = RoundingOf(kOperations) * values_.col(column).cwiseAbs().cwiseMax(values_.col(next).cwiseAbs());
   }
 
   bool IsSteady(double /*begin*/, double /*end*/) const { return false; }
@@ -203,7 +204,7 @@ class CompiledPolynomial {
     Index k = coefficients_.cols() - 1;
     out = coefficients_.col(k).cwiseAbs();
     while (k-- > 0) out = out * s + coefficients_.col(k).cwiseAbs();
-    out *= kRoundings * static_cast<double>(coefficients_.cols());
+    out *= RoundingOf(kOperations) * static_cast<double>(coefficients_.cols());
   }
 
   bool IsSteady(double /*begin*/, double /*end*/) const { return coefficients_.cols() == 1; }
@@ -306,7 +307,7 @@ void TimeFunctionEvaluator::RoundingAt(double t, Eigen::Ref<Vector> out) {
   rounding.resize(impl_->inner.rows(), 1);
   impl_->RoundingOfPieces(t, rounding.col(0));
   impl_->EvaluatePieces(t, Side::kRight, impl_->inner.col(0));
-  rounding += kRoundings * impl_->inner.cwiseAbs();
+  rounding += RoundingOf(kOperations) * impl_->inner.cwiseAbs();
   out = AbsTimes(impl_->lift.Dense(), rounding.col(0));
 }
 

@@ -106,7 +106,7 @@ std::optional<SparseMatrix> AlongTheSameWall(const KroneckerModes& modes, const 
   if (!form) return std::nullopt;
   const Vector b = modes.along.Forward(form->along);
   const double ratio = b.dot(modes.b) / modes.b.squaredNorm();
-  if (!(MaxAbs(b - ratio * modes.b) <= 1e-14 * MaxAbs(b))) return std::nullopt;
+  if (!(MaxAbs(b - ratio * modes.b) <= RoundingOf(64) * MaxAbs(b))) return std::nullopt;
   return SparseMatrix(ratio * form->across);
 }
 

@@ -15,8 +15,6 @@
 namespace dlcs {
 namespace {
 
-// A gap or a velocity counts as zero if it is below this fraction of the numbers from which it is summed.
-constexpr double kZero = 1e-10;
 constexpr Index kChunk = 256;
 
 // The quantities that depend only on the step length.
@@ -93,7 +91,7 @@ class Impacts {
   // Contacts at the start of a smooth interval, where f, g and g' may jump.
   bool Start(double time, const Vector& f, const Vector& g, const Vector& g_slope) {
     const Vector gap = problem_.N * x_ + g;
-    const Vector tolerance = kZero * SizeOfSums(problem_.N, x_, g) + allowed_gap_;
+    const Vector tolerance = kMaybeZero * SizeOfSums(problem_.N, x_, g) + allowed_gap_;
     for (Index i = 0; i < gap.size(); ++i) {
       if (gap[i] >= -tolerance[i]) continue;
       return context_.Fail(time == 0 ? Termination::kInconsistentState : Termination::kInfeasible, time,
@@ -140,7 +138,7 @@ class Impacts {
   // Moves `x` along A B, which changes positions as B changes velocities, so that no gap is overshot. If no such move
   // mends all gaps, `x` stays.
   void PushOut(const Eigen::Ref<const Vector>& g, Vector& gap, Vector& x) {
-    const Vector tolerance = kZero * SizeOfSums(problem_.N, x, g);
+    const Vector tolerance = kMaybeZero * SizeOfSums(problem_.N, x, g);
     std::vector<Index> overshot;
     bool any = false;
     for (Index i = 0; i < gap.size(); ++i) {
@@ -158,7 +156,7 @@ class Impacts {
   // the numbers that the velocity was summed from.
   bool Collide(double time, const Eigen::Array<bool, Eigen::Dynamic, 1>& closed, Vector velocity, const Vector& size,
                Vector& x) {
-    const Vector tolerance = kZero * SizeOfSums(NA_, x, size);
+    const Vector tolerance = kMaybeZero * SizeOfSums(NA_, x, size);
     std::vector<Index> candidates = contacts_;
     bool impact = false;
     for (Index i = 0; i < velocity.size(); ++i) {

@@ -8,6 +8,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -34,8 +35,8 @@ double DiagonalOfM(const RowsOfPairs& rows, Index i) {
   return rows.M.coeff(i, rows.numbers[static_cast<std::size_t>(i)]);
 }
 
-// Entries that were rounded on different ways may differ by this part of their size.
-constexpr double kSameEntry = 1e-14;
+// Of entries that were rounded on different ways.
+constexpr Index kOperationsOfEntries = 64;
 
 // D_i such that D_i N_ic = -w B_ci for all c, up to rounding; 0 if there is none.
 double SymmetricScale(const RowsOfPairs& rows, Index i, double weight) {
@@ -45,7 +46,7 @@ double SymmetricScale(const RowsOfPairs& rows, Index i, double weight) {
     const double ratio = -weight * of_B.value() / of_N.value();
     if (of_N.index() != of_B.index() || !(ratio > 0)) return 0;
     if (scale == 0) scale = ratio;
-    if (std::abs(ratio - scale) > kSameEntry * scale) return 0;
+    if (std::abs(ratio - scale) > RoundingOf(kOperationsOfEntries) * scale) return 0;
   }
   return of_N || of_B ? 0 : scale;
 }
@@ -219,7 +220,8 @@ bool DifferByRounding(const RowMajorMatrix& K, const RowMajorMatrix& transpose) 
     while (a || b) {
       const bool has_a = a && (!b || a.col() <= b.col()), has_b = b && (!a || b.col() <= a.col());
       const double of_a = has_a ? a.value() : 0, of_b = has_b ? b.value() : 0;
-      if (!(std::abs(of_a - of_b) <= kSameEntry * (std::abs(of_a) + std::abs(of_b)))) return false;
+      if (!(std::abs(of_a - of_b) <= RoundingOf(kOperationsOfEntries) * (std::abs(of_a) + std::abs(of_b))))
+        return false;
       if (has_a) ++a;
       if (has_b) ++b;
     }

@@ -15,10 +15,8 @@ namespace {
 
 constexpr Index kMaxIterations = 50;
 
-// The rounding of a sum, relative to the `sizes` of its terms. Smaller results count as zero.
-constexpr double kRounding = RoundingOf(32);
-// The same if y comes from a pseudo-inverse.
-constexpr double kLeastNormRounding = 1e-12;
+// Of a sum, on each of its terms. Results that are no more than their rounding count as zero.
+constexpr Index kOperationsOfSums = 32;
 
 bool IsRegular(const PanelLu& lu) { return lu.ReciprocalCondition() > RoundingOf(2); }
 
@@ -84,7 +82,7 @@ NewtonVerdict NewtonStep::Solve(const Eigen::Ref<const Vector>& p, const Eigen::
     }
     const bool least_norm = selection_ == Selection::kLeastNorm;
     const bool same_piece = k > 0 && active_ == last_active_ && !least_norm;
-    const double rounding = least_norm ? kLeastNormRounding : kRounding;
+    const double rounding = least_norm ? kWorkingPrecision : RoundingOf(kOperationsOfSums);
     if (same_piece || (residual_.array().abs() <= rounding * (u.array().abs() + p.array().abs())).all()) {
       return NewtonVerdict::kConverged;
     }

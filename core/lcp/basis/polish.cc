@@ -14,7 +14,7 @@ namespace {
 
 // In units in which entries of matrices are of size one, rounding may explain components that are smaller than this
 // beside the largest one, and a basis with a smaller reciprocal condition may be singular.
-constexpr double kNoise = 1e-12;
+constexpr double kNoise = kWorkingPrecision;
 
 long double ImageOfRow(const Matrix& M, const Vector& q, Index i, const Vector& y) {
   long double w = q[i];

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "core/lcp/basis/tolerance.h"
 
 namespace dlcs {
 
@@ -65,7 +66,6 @@ bool LeastElementSolver::KeepProvenIndices(Basis& basis) {
 // that proves infeasibility or whether its w_r was negative only by the rounding of a nearly singular basis;
 // in that case it is excluded and the basis is what was eliminated before it.
 LeastElementSolver::Refusal LeastElementSolver::Examine(Basis& basis) {
-  constexpr double kRounding = 1e-12;
   const Index position = ordered_.Factor(lcp_.M(), order_);
   if (position == static_cast<Index>(order_.size())) return Refusal::kUnclear;
   const Index r = order_[position];
@@ -73,11 +73,11 @@ LeastElementSolver::Refusal LeastElementSolver::Examine(Basis& basis) {
   for (Index p = 0; p < position; ++p) v[p] = -lcp_.M()(r, order_[p]);
   ordered_.SolveTransposed(v);
   double gain = lcp_.q[r];
-  double doubt = lcp_.tolerance[r] + kRounding * std::abs(lcp_.q[r]);
+  double doubt = lcp_.tolerance[r] + kWorkingPrecision * std::abs(lcp_.q[r]);
   for (Index p = 0; p < position; ++p) {
     const Index i = order_[p];
     gain += v[p] * lcp_.q[i];
-    doubt += v[p] * (lcp_.tolerance[i] + kRounding * std::abs(lcp_.q[i]));
+    doubt += v[p] * (lcp_.tolerance[i] + kWorkingPrecision * std::abs(lcp_.q[i]));
   }
   if (gain < -doubt) {
     refused_ = r;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/lcp/basis/tolerance.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {
@@ -48,7 +49,7 @@ LemkeEnd Lemke::Follow(const ScaledLcp& lcp, double zero, double others, LemkeTi
   if (!Enter(basis, zero)) return LemkeEnd::kRay;
   auto values = tableau_.right();
   auto artificial = tableau_.columns().col(tableau_.column_of(2 * n_));
-  const double rounding = 1e-15 * values.cwiseAbs().maxCoeff();
+  const double rounding = RoundingOf(8) * values.cwiseAbs().maxCoeff();
   Index row = PivotTableau::kNone;
   for (Index i = 0; i < n_; ++i) {
     const bool is_violated = values[i] < -rounding;

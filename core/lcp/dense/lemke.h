@@ -6,6 +6,7 @@
 
 #include "core/lcp/basis/lcp_solver.h"
 #include "core/lcp/basis/scaled_lcp.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/dense/pivot_tableau.h"
 
 namespace dlcs {
@@ -62,7 +63,7 @@ class Lemke {
 // has drifted, and 1e-14 finds pivots that are as small.
 template <typename Follow>
 bool FollowWithRetries(const Follow& follow) {
-  return follow(1e-11) || follow(1e-8) || follow(1e-14);
+  return follow(kWorkingPrecision) || follow(1e-8) || follow(1e-14);
 }
 
 }  // namespace dlcs
