@@ -123,9 +123,16 @@ std::vector<std::pair<double, double>> ResolvedCells::CellsIn(double begin, doub
 }
 
 std::vector<double> ResolvedCells::TimesToCheck(double begin, double end) const {
+  static const std::array<double, kTimesOfCell> parts = [] {
+    std::array<double, kTimesOfCell> all;
+    for (int j = 0; j < kTimesOfCell; ++j) {
+      all[static_cast<std::size_t>(j)] = (1 - std::cos(std::numbers::pi * (2 * j + 1) / (2 * kTimesOfCell))) / 2;
+    }
+    return all;
+  }();
   std::vector<double> times;
   for (const auto& [from, to] : CellsIn(begin, end)) {
-    for (const double part : PointsOfCell().part) times.push_back(from + (to - from) * part);
+    for (const double part : parts) times.push_back(from + (to - from) * part);
   }
   const auto cell_times = static_cast<std::ptrdiff_t>(times.size());
   for (const double time : probes_) {

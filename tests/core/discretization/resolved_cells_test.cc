@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "core/discretization/legendre.h"
 #include "tests/support/problems.h"
 
 namespace dlcs {
@@ -27,10 +26,10 @@ std::vector<double> EndsOfCells(const Problem& problem) {
   while (ends.back() < problem.horizon) {
     const double reach = cells.Reach(ends.back(), problem.horizon);
     const std::vector<double> times = cells.TimesToCheck(ends.back(), reach);
-    EXPECT_EQ(times.size() % kLegendreSize, 0);
-    for (std::size_t k = 0; k < times.size(); k += kLegendreSize) {
+    EXPECT_EQ(times.size() % ResolvedCells::kTimesOfCell, 0);
+    for (std::size_t k = 0; k < times.size(); k += ResolvedCells::kTimesOfCell) {
       // The first and the last Chebyshev point are as far from the ends of the cell.
-      const double center = (times[k] + times[k + kLegendreSize - 1]) / 2;
+      const double center = (times[k] + times[k + ResolvedCells::kTimesOfCell - 1]) / 2;
       ends.push_back(ends.back() + 2 * (center - ends.back()));
     }
     if (times.empty()) break;
