@@ -31,6 +31,13 @@ ResolvedCells::ResolvedCells(const Problem& problem) : breaks_(BreakPoints(probl
   if (!sources_.empty()) ResumeFromKept();
 }
 
+ResolvedCells::ResolvedCells(const Problem& problem, const TimeFunction& function)
+    : breaks_(BreakPoints(problem)), horizon_(problem.horizon) {
+  breaks_.push_back(problem.horizon);
+  Add(problem, function);
+  if (!sources_.empty()) ResumeFromKept();
+}
+
 // More cells take longer to follow than to make.
 constexpr std::size_t kMostKept = 8192;
 
@@ -97,6 +104,10 @@ double ResolvedCells::Reach(double begin, double end) {
 std::size_t ResolvedCells::CountUntil(double t) const {
   const auto behind = std::lower_bound(ends_.begin() + 1, ends_.end(), t);
   return static_cast<std::size_t>(behind - ends_.begin()) - 1;
+}
+
+std::vector<double> ResolvedCells::EndsIn(double begin, double end) const {
+  return {std::upper_bound(ends_.begin(), ends_.end(), begin), std::lower_bound(ends_.begin(), ends_.end(), end)};
 }
 
 const ResolvedCells::Points& ResolvedCells::PointsOfCell() {

@@ -27,6 +27,8 @@ class ResolvedCells {
  public:
   // The valid problem's formulas are analyzed, or their analysis is found in the cache; see AnalyzeFormula().
   explicit ResolvedCells(const Problem& problem);
+  // The same for `function` alone, of the problem.
+  ResolvedCells(const Problem& problem, const TimeFunction& function);
   // No cells, as of a problem without formulas.
   ResolvedCells() = default;
   // Keeps the cells for other solves with the same sources.
@@ -47,6 +49,9 @@ class ResolvedCells {
 
   // How many cells, of those made so far, end before `t`.
   std::size_t CountUntil(double t) const;
+
+  // The ends of cells inside (begin, end), of those made so far.
+  std::vector<double> EndsIn(double begin, double end) const;
 
   // The points of a cell at which a polynomial on it is compared, and what they weigh in its integral, for a length of
   // one: those of Chebyshev, increasing.

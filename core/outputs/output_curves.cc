@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/discretization/resolved_cells.h"
 #include "core/lcp/basis/tolerance.h"
 #include "core/outputs/output_evaluator.h"
 #include "core/parallel/stop_scope.h"
@@ -14,10 +15,24 @@ namespace {
 
 class CurveMaker {
  public:
-  CurveMaker(OutputEvaluator evaluator, Vector levels) : evaluator_(std::move(evaluator)), levels_(std::move(levels)) {}
+  CurveMaker(const Problem& problem, OutputEvaluator evaluator, Vector levels)
+      : evaluator_(std::move(evaluator)), levels_(std::move(levels)), cells_(problem, problem.outputs.h) {}
 
+  // Cut where the cells of h end: on a cell h is nearly a polynomial, so that halving shows whether it is one. Where h
+  // has more cells than a formula may have switching times, the rest is sampled.
   void Add(const TrajectoryPiece& piece) {
-    if (!StaysBelowLevels(piece)) AddPolynomials(piece, piece.begin, piece.end, Vector());
+    double reached = piece.begin;
+    while (reached < piece.end && cells_.CountUntil(reached) < kMaxSwitchingTimes) {
+      LookForStop();
+      reached = cells_.Reach(reached, piece.end);
+    }
+    if (StaysBelowLevels(piece)) return;
+    double begin = piece.begin;
+    for (const double end : cells_.EndsIn(piece.begin, reached)) {
+      AddPolynomials(piece, begin, end, Vector());
+      begin = end;
+    }
+    AddPolynomials(piece, begin, piece.end, Vector());
   }
 
   // Adds the part [begin, end] of `piece`, on which x and y are polynomials. `tail` is the tail of the part twice as
@@ -89,6 +104,7 @@ class CurveMaker {
 
   OutputEvaluator evaluator_;
   Vector levels_;
+  ResolvedCells cells_;
   Vector largest_;  // the largest size of each output so far
   std::vector<CurvePiece> curves_;
 };
@@ -99,7 +115,7 @@ absl::StatusOr<std::vector<CurvePiece>> OutputCurves(const Problem& problem, con
                                                      const std::vector<Index>& outputs, const Vector& levels) {
   auto evaluator = OutputEvaluator::Create(problem, outputs);
   if (!evaluator.ok()) return evaluator.status();
-  CurveMaker maker(*std::move(evaluator), levels);
+  CurveMaker maker(problem, *std::move(evaluator), levels);
   if (solution.pieces.empty()) {
     maker.AddLines(solution);
   } else {

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 #include "core/format_number.h"
 
@@ -23,7 +24,7 @@ std::string Figure(double value) {
 // `value` with two digits, rounded up.
 std::string RoundedUp(double value) {
   const std::string text = Figure(value);
-  if (std::stod(text) >= value) return text;
+  if (!(std::strtod(text.c_str(), nullptr) < value)) return text;
   return Figure(value + 0.05 * std::pow(10, std::floor(std::log10(value))));
 }
 
@@ -127,7 +128,7 @@ std::string Typed(const Accuracy& accuracy) {
   if (!accuracy.follows_tolerance) return "";
   const std::string relative = RoundedUp(advice.tolerance);
   const std::string absolute = TypedAbsolute(advice);
-  if (!(std::stod(relative) < 1)) return absolute;
+  if (!(std::strtod(relative.c_str(), nullptr) < 1)) return absolute;
   if (absolute.empty() || advice.absolute.size() > kReadable) return "--tolerance " + relative;
   return "--tolerance " + relative + " or " + absolute;
 }

@@ -151,6 +151,30 @@ Problem Curve(const std::string& slope, double start) {
   return problem;
 }
 
+// The steps of x, of which there is one here, know nothing of h.
+TEST(MeasureOutputsTest, FollowsOutputsHoweverFastTheyAre) {
+  struct Source {
+    const char* h;
+    double horizon, maximum, integral;
+  };
+  const double root = std::sqrt(pi);
+  for (const Source& source :
+       {Source{"sin(50*t)", 6, 1, (1 - std::cos(300)) / 50}, Source{"sin(2*t)", 1000, 1, (1 - std::cos(2000)) / 2},
+        Source{"100*exp(-((t-1.23456)/1e-1)**2)", 6, 100, 10 * root},
+        Source{"100*exp(-((t-1.23456)/1e-3)**2)", 6, 100, 0.1 * root},
+        Source{"100*exp(-((t-1.23456)/1e-6)**2)", 6, 100, 1e-4 * root},
+        Source{"1/(1+100*(t-2.7)**2)", 6, 1, (std::atan(33) + std::atan(27)) / 10}}) {
+    SCOPED_TRACE(source.h);
+    Problem problem = Curve("0", 0);
+    problem.horizon = source.horizon;
+    problem.outputs.h = TimeFunction::Formulas({source.h});
+    const auto results = Measured(
+        problem, {OverTime(MeasurementKind::kMaximum, {0}, 0), OverTime(MeasurementKind::kIntegral, {0}, 0)}, {});
+    EXPECT_NEAR(*results[0].value, source.maximum, 1e-9 * source.maximum);
+    EXPECT_NEAR(*results[1].value, source.integral, 1e-11 * source.maximum * source.horizon);
+  }
+}
+
 // -(t - 1.03)² is a polynomial on the whole interval; sin t is above 0.99999 for 0.009.
 TEST(MeasureOutputsTest, FindsCrossingsHoweverCloseTogether) {
   using enum CrossingDirection;

@@ -128,6 +128,13 @@ TEST(VerdictTest, AdvisesNothingThatCannotHold) {
   EXPECT_THAT(JudgeSolution(solution).concerns, SizeIs(10));
 }
 
+TEST(VerdictTest, AdvisesNumbersAtTheEndsOfTheRange) {
+  for (const double error : {3e-320, 1e-308, 1e300}) {
+    const Solution solution = Judged({Vector{{8 * error}}, Vector{{error}}, Vector{{0}}}, {}, {});
+    EXPECT_THAT(JudgeSolution(solution).concerns.back(), HasSubstr("--absolute-tolerance 'x[0]=")) << error;
+  }
+}
+
 TEST(VerdictTest, AdvisesAToleranceInPlaceOfStepsThatDoNotServe) {
   const Solution solution =
       Judged({Vector{{2}}, Vector{{1.2}}, Vector{{1e-9}}}, {Vector{{1}}, Vector{{5}}, Vector{{0}}}, {}, 0);
