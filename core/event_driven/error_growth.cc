@@ -18,7 +18,7 @@ namespace dlcs {
 namespace {
 
 // The integral of what an interpolant misses is smaller than that is, since it has the signs of a polynomial of high
-// degree.
+// degree. PlainSystems feels 4 times as much.
 constexpr double kOfMissed = 0.25;
 
 // The time of an event has the rounding of so many operations at best.

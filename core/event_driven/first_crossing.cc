@@ -46,7 +46,7 @@ bool HasNegative(const LegendreVector& b) { return !(b.minCoeff() >= 0); }
 // Positions are known so well. Pieces on which series + shift may be negative are not searched further if they are
 // shorter.
 constexpr double kShortest = RoundingOf(16);
-// The part of a dip that is left to such a search.
+// The part of a dip that is left to such a search. DipBelowZeroTest feels 4 times as much.
 constexpr double kAccuracy = 1.0 / 8;
 
 // Calls settle(piece) for [-1, end], and as long as it returns false for both halves of the piece, the left one first.

@@ -190,6 +190,7 @@ bool RepelledStarts::MayBe(Index pair, const LegendreVector& w, double noise) co
 }
 
 double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, double noise, double s_end) {
+  // RepelledStartsTest feels them.
   constexpr double kStep = 0.1;  // of the time 1/rate
   constexpr double kGrown = 40;  // of such times: rounding has grown to the size of numbers
   Start& start = starts_[static_cast<std::size_t>(pair)];

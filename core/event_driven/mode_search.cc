@@ -15,6 +15,7 @@ namespace dlcs {
 namespace {
 
 // The longest step that is tried first, as a part of the scale, and what shorter and longer ones differ by.
+// HostileAnswers of two_methods_two_solutions feels a quarter of it.
 constexpr double kFirstPart = 1.0 / 1024;
 constexpr int kRatio = 6;  // 2^6
 // w_i above minus the rounding of so many operations on the numbers it is summed from counts as nonnegative.

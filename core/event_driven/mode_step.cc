@@ -91,7 +91,7 @@ std::complex<double> Inverse(const std::complex<double>& z) {
 // slope c' = rate c; `half_rate`: rate times half the length. Algebraic equations are those of states that are too fast
 // to be seen.
 ModeStepper::Scalar ModeStepper::Eliminate(Complex slope, Complex half_rate) {
-  constexpr double kUnseen = 1e-20;
+  constexpr double kUnseen = 1e-20;  // HostileSeeds feels a quarter of it
   if (std::abs(slope) <= kUnseen * std::abs(half_rate)) slope = -kUnseen * half_rate;
   Scalar scalar;
   scalar.over_slope = Inverse(slope);
@@ -202,7 +202,7 @@ LegendreSeries ModeStepper::Missing(const LegendreSeries& x, const LegendreSerie
 // residual and -τ/rate the layer. So what a smooth source makes of c_K and c_{K-1} is no layer.
 Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, const Eigen::Ref<const Eigen::MatrixXcd>& source,
                                        OfRounding of_rounding) const {
-  constexpr double kCancels = 1.0 / 8;
+  constexpr double kCancels = 1.0 / 8;  // HostileSeeds feels 4 times as much
   constexpr Index kOperations = 48;  // of the terms
   const PencilForm& form = mode_->form;
   Eigen::VectorXcd layer = Eigen::VectorXcd::Zero(c.rows());
@@ -296,7 +296,8 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
 // derivative of its own polynomial, which was refined, has less. `x_noise`: the rounding of the states.
 void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source_noise, const Vector& x_noise,
                               Solution& solution) const {
-  constexpr double kSafety = 4;  // one coefficient of a source has more than the rounding of one value
+  // One coefficient of a source has more than the rounding of one value. HostileSeeds feels a quarter of it.
+  constexpr double kSafety = 4;
   const double of_derivative = kLegendreDegree * kLegendreDegree / half_;
   LegendreSeries rows = Apply(mode_->F, solution.x) + source;
   Vector noise = kUlp * (mode_->F_terms * SizeOfRows(solution.x) + SizeOfRows(source)) + source_noise;
