@@ -60,7 +60,7 @@ class EventDrivenLoop {
   bool TakeCoupledSteps(double end);
 
   bool PassKink();
-  void CountTimeOfJump(double time);
+  void CountTimeOfJump(double time, double nearest);
   bool IsStuck();
   bool IsBeyondWork() const;
   Progressed FailNonFinite();

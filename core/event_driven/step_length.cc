@@ -13,7 +13,7 @@ namespace dlcs {
 namespace {
 
 // By how much the next step may be longer, or should be shorter.
-double FactorFor(double error_ratio) { return 7.0 / 8 * std::pow(error_ratio, -1.0 / (kLegendreDegree - 1)); }
+double FactorFor(double error_ratio) { return 0.9 * std::pow(error_ratio, -1.0 / (kLegendreDegree - 1)); }
 
 }  // namespace
 
@@ -46,9 +46,9 @@ void StepLength::Accept(double length, double error_ratio) {
 }
 
 double StepLength::AfterError(const SmoothStep& step, double length, double shortest) {
-  constexpr double kNoLess = 3.0 / 4;
+  constexpr double kNoLess = 0.7;
   const double factor = FactorFor(step.error_ratio);
-  const double shorter = length * (std::isfinite(factor) ? std::clamp(factor, 1.0 / 8, kNoLess) : 1.0 / 8);
+  const double shorter = length * (std::isfinite(factor) ? std::clamp(factor, 0.1, kNoLess) : 0.1);
   const bool falls = rejected_in_a_row_ == 0 || step.error_ratio < kNoLess * rejected_ratio_;
   const double layer_length = falls ? step.layer_length : step.small_layer_length;
   rejected_ratio_ = step.error_ratio;
