@@ -57,7 +57,8 @@ DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::By
   const double rounding = of_state.rounding[guard];
   const Dip both = near_zero(step.guard.truncation[guard] + rounding + of_state.truncation[guard]);
   Dip of_rounding = near_zero(rounding);
-  const double most = std::max(rounding, noise);
+  constexpr double kMostNoise = 4;  // of which a guard has at most so many times as much; HostileSeeds feels it
+  const double most = std::max(rounding, kMostNoise * noise);
   if (of_rounding.depth > most) of_rounding = {most, of_rounding.mean * most / of_rounding.depth};
   return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding};
 }

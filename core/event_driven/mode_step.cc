@@ -60,7 +60,7 @@ void Subtract(const Layers& layers, Series& series) {
 const Matrix& AtLooks() {
   static const Matrix at = [] {
     LegendreRows rows;
-    LegendreValuesAt(Vector{{-7.0 / 8, -1.0 / 2, 1.0 / 8, 1}}, rows);
+    LegendreValuesAt(Vector{{-0.9, -0.4, 0.3, 1}}, rows);
     return Matrix(rows.transpose());
   }();
   return at;
@@ -331,7 +331,8 @@ Vector ModeStepper::Stiffness(const Vector& size) const {
 ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source,
                                          const Vector& source_noise) const {
   constexpr Index kOperations = 8;
-  constexpr int kMaxCorrections = 16;
+  constexpr int kMaxCorrections = 6, kMaxSteadyCorrections = 16;
+  constexpr double kSteady = 1.0 / 8;  // of the change before; PlainSystems feels it
   const bool is_explicit = mode_->is_explicit();
   LegendreSeries integral = half_ * Integral(source);
   integral.col(0) = start;
@@ -343,8 +344,9 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   for (const Index i : solution.unreached) x.row(i).setZero();
   solution.uncertainty = Vector::Zero(start.size());
   const Vector given_to_rows = integral.rightCols(K).cwiseAbs().rowwise().sum();
+  int most = kMaxCorrections;
   LegendreSeries missing = Missing(x, integral, start);
-  for (int correction = 0; correction < kMaxCorrections; ++correction) {
+  for (int correction = 0; correction < most; ++correction) {
     const Vector size = x.cwiseAbs().rowwise().sum();
     const Vector of_states = RoundingOf(kOperations) * (start.cwiseAbs() + size);
     const Vector of_rows =
@@ -374,6 +376,10 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     x += change;
     for (const Index i : solution.unreached) x.row(i).setZero();
     missing = Missing(x, integral, start);
+    if (correction > 0 &&
+        (changed.array() <= kSteady * solution.uncertainty.array() + RoundingOf(kOperations) * size.array()).all()) {
+      most = kMaxSteadyCorrections;
+    }
     solution.uncertainty = changed;
   }
   solution.left = States(SolveIntegrated(missing));
