@@ -24,17 +24,10 @@ struct ResolvedCells::Kept {
   mutable std::vector<double> sizes;  // of the sources, up to the last end
 };
 
-ResolvedCells::ResolvedCells(const Problem& problem) : breaks_(BreakPoints(problem)), horizon_(problem.horizon) {
-  breaks_.push_back(problem.horizon);
-  Add(problem, problem.f);
-  Add(problem, problem.g);
-  if (!sources_.empty()) ResumeFromKept();
-}
-
-ResolvedCells::ResolvedCells(const Problem& problem, const TimeFunction& function)
+ResolvedCells::ResolvedCells(const Problem& problem, std::initializer_list<const TimeFunction*> functions)
     : breaks_(BreakPoints(problem)), horizon_(problem.horizon) {
   breaks_.push_back(problem.horizon);
-  Add(problem, function);
+  for (const TimeFunction* function : functions) Add(problem, *function);
   if (!sources_.empty()) ResumeFromKept();
 }
 

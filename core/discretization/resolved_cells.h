@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <initializer_list>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -26,9 +27,9 @@ namespace dlcs {
 class ResolvedCells {
  public:
   // The valid problem's formulas are analyzed, or their analysis is found in the cache; see AnalyzeFormula().
-  explicit ResolvedCells(const Problem& problem);
-  // The same for `function` alone, of the problem.
-  ResolvedCells(const Problem& problem, const TimeFunction& function);
+  explicit ResolvedCells(const Problem& problem) : ResolvedCells(problem, {&problem.f, &problem.g}) {}
+  // The same for these functions of the problem.
+  ResolvedCells(const Problem& problem, std::initializer_list<const TimeFunction*> functions);
   // No cells, as of a problem without formulas.
   ResolvedCells() = default;
   // Keeps the cells for other solves with the same sources.

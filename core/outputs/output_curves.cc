@@ -16,7 +16,7 @@ namespace {
 class CurveMaker {
  public:
   CurveMaker(const Problem& problem, OutputEvaluator evaluator, Vector levels)
-      : evaluator_(std::move(evaluator)), levels_(std::move(levels)), cells_(problem, problem.outputs.h) {}
+      : evaluator_(std::move(evaluator)), levels_(std::move(levels)), cells_(problem, {&problem.outputs.h}) {}
 
   // Cut where the cells of h end: on a cell h is nearly a polynomial, so that halving shows whether it is one. Where h
   // has more cells than a formula may have switching times, the rest is sampled.

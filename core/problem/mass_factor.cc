@@ -125,8 +125,8 @@ std::string WhySingular(const StructuredMatrix& E) {
   if (const auto zeros = ZerosOf(SparseMatrix(sparse.cwiseAbs()).transpose() * ones); !zeros.empty()) {
     return what + Listed("column", zeros) + (zeros.size() > 1 ? " are" : " is") + " zero";
   }
-  constexpr Index kMinutes = 100'000'000'000;
-  if (!E.is_dense() && PredictFactor(sparse).multiplications > static_cast<double>(kMinutes)) return "";
+  constexpr double kMinutes = 1e11;
+  if (!E.is_dense() && PredictFactor(sparse).multiplications > kMinutes) return "";
   const MassFactor factor(sparse);
   if (factor.is_regular()) return "";
   std::vector<Index> dependent = factor.Dependent(/*of_columns=*/false);

@@ -160,8 +160,8 @@ TEST(StartsBelowTest, GuardsThatRiseAtOnceMayStartBelowByWhatIsAllowed) {
   const double level = 1e-9;
   SmoothStep step = EndStepOf({
                                   [](double s) { return -1e-3 + (1 + s); },            // by what is allowed
-                                  [](double s) { return -1e-9 + (1 + s); },            // by less than 64 levels
-                                  [](double s) { return -1e-7 + (1 + s); },            // by more than 64 levels
+                                  [=](double s) { return -50 * level + (1 + s); },     // by less than 64 levels
+                                  [=](double s) { return -70 * level + (1 + s); },     // by more
                                   [](double s) { return -1e-3 - (1 + s); },            // falls
                                   [](double s) { return 1 + s; },                      // no need
                                   [](double s) { return -3e-3 + (1 + s) * (1 + s); },  // more than is allowed
