@@ -226,10 +226,10 @@ EventDrivenLoop::Progressed EventDrivenLoop::GiveUpMode(const char* why) {
   return attempt_ < ModeSearch::kAttempts || TryAgainFromBelow() ? Progressed::kYes : Progressed::kNoMode;
 }
 
-// Once all proposals failed, starts the attempts again, with LetRisingGuardsStartBelow(). Only with the rule history,
-// where no steps of first order may pass an event. False if there is nothing left to try.
+// Once all proposals failed, starts the attempts again, with LetRisingGuardsStartBelow(): an event is known no better
+// than the guard that it was found by. False if there is nothing left to try.
 bool EventDrivenLoop::TryAgainFromBelow() {
-  if (context_.selection != Selection::kHistory || may_start_below_) return false;
+  if (may_start_below_) return false;
   may_start_below_ = true;
   attempt_ = 0;
   return true;
@@ -546,6 +546,7 @@ bool EventDrivenLoop::TakeCoupledSteps(double end) {
   length_.RaiseTo(coupled_steps_.length());
   mode_ = nullptr;
   attempt_ = 0;
+  may_start_below_ = false;
   short_modes_ = 0;
   mode_begin_ = t_;
   return true;

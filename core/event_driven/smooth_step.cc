@@ -361,8 +361,9 @@ bool Project(const Mode& mode, const StepSources& sources, double tolerance, Mag
     magnitudes.rounding.col(2) = change;
     return true;
   }
-  const Vector terms = mode.correction.cwiseAbs() * size;
-  const Vector allowed = tolerance * magnitudes.x + RoundingOf(kOperationsOfStep) * terms + magnitudes.x_noise;
+  // What the states are off by in the residual moves all that the correction moves, one that is zero so far too.
+  const Vector known = rounding + mode.algebraic_rows().cwiseAbs() * magnitudes.x_noise;
+  const Vector allowed = tolerance * magnitudes.x + (mode.correction.cwiseAbs() * known).cwiseMax(magnitudes.x_noise);
   if ((change.array().abs() > allowed.array()).any()) return false;
   x -= change;
   magnitudes.x_noise += change.cwiseAbs().cwiseMin(mode.correction.cwiseAbs() * rounding);

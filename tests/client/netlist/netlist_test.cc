@@ -572,6 +572,7 @@ TEST_P(PowerBalance, IsZero) {
   const auto& certificate = result["summary"]["certificate"];
   EXPECT_LE(certificate["node_residual"].get<double>(), 1e-9 * certificate["lcp_scale"].get<double>());
   EXPECT_EQ(result["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED");
+  EXPECT_EQ(result["summary"]["cost"]["coupled_steps"], 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Decks, PowerBalance,

@@ -416,5 +416,22 @@ TEST_F(ProjectTest, LeavesWhatIsOnTheConstraintOrTooFarOff) {
   EXPECT_EQ(free[0], 17);
 }
 
+// x2 is zero so far, and moves by three times what rounding has of x1.
+TEST_F(ProjectTest, MovesAStateThatIsZeroByTheRoundingOfOthers) {
+  problem_.g = TimeFunction::Constant(Vector{{-2}});
+  SmoothRun run(problem_, std::vector<Index>{0}, 0.5);
+  Magnitudes& magnitudes = run.magnitudes;
+  magnitudes.x = Vector{{1, 0}};
+  magnitudes.x_noise = Vector{{1e-12, 0}};
+  Vector x{{1 + 4e-13, 0}};
+  ASSERT_TRUE(Project(*run.mode, run.sources, kSmoothTolerance, magnitudes, x));
+  EXPECT_NEAR(x[1], 3 * (x[0] - 1 - 4e-13), 1e-15);
+  EXPECT_NEAR(2 * x[0] + x[1], 2, 1e-15);
+  // That rounding does not explain more.
+  magnitudes.x_noise = Vector{{1e-14, 0}};
+  x = Vector{{1 + 4e-13, 0}};
+  EXPECT_FALSE(Project(*run.mode, run.sources, kSmoothTolerance, magnitudes, x));
+}
+
 }  // namespace
 }  // namespace dlcs
