@@ -15,9 +15,10 @@
 namespace dlcs {
 namespace {
 
-// The size of a state is at least this part of its largest size so far, and of what the other states contribute to it
-// in a period. A state that comes to rest at zero has no relative accuracy.
-constexpr double kOfLargest = 1e-10;
+// The size of a state is at least this part of its size in the first solve, and of what the other states contribute to
+// it in a period. A state that comes to rest at zero has no relative accuracy. Later solves do not show sizes: those of
+// an unstable system grow without bounds, and Newton's method may wander far away.
+constexpr double kOfFirst = 1e-10;
 constexpr double kOfOthers = 1e-3;
 
 // ∫ P_k ds from -1 to `s`, for all k.
@@ -70,9 +71,9 @@ void SetBranch(const Vector& y_before, PeriodSolve& solve) {
   }
 }
 
-// `largest`: each state so far.
-void RaiseSizes(const Vector& largest, PeriodSolve& solve) {
-  solve.size = solve.own.cwiseMax(kOfLargest * largest);
+// `first`: each state in the first solve.
+void RaiseSizes(const Vector& first, PeriodSolve& solve) {
+  solve.size = solve.own.cwiseMax(kOfFirst * first);
   if (solve.has_derivative()) {
     const Matrix moves = solve.flow().derivative.cwiseAbs() * solve.size.asDiagonal();
     solve.size = solve.size.cwiseMax(kOfOthers * moves.rowwise().maxCoeff());
@@ -103,7 +104,7 @@ PeriodMap::PeriodMap(const Problem& problem, const Options& options, Plan plan, 
       observer_(observer, problem.horizon),
       stop_(std::move(stop)),
       started_(std::chrono::steady_clock::now()),
-      largest_(problem.x0.cwiseAbs()) {
+      first_(problem.x0.cwiseAbs()) {
   options_.period = 0;
   options_.keep_pieces = true;
   options_.keep_flow = true;
@@ -134,6 +135,7 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, const Vector& 
   observer_.NextTrial();
   auto solution = SolveOnGrid(task, grid, observer_);
   if (!solution.ok()) return solution.status();
+  const bool is_first = solves_ == 0;
   solves_ += solution->cost.solves;
   if (solution->flow) work_ += solution->flow->work;
   PeriodSolve solve{.start = start, .period = period, .solution = *std::move(solution)};
@@ -144,8 +146,8 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, const Vector& 
   solve.end = last.x * LegendreValues(EndOf(last)).head(last.x.cols());
   SetRanges(solve);
   if (problem_.rule == SolutionRule::kHistory) SetBranch(problem_.y0.value_or(Vector()), solve);
-  largest_ = largest_.cwiseMax(solve.own);
-  RaiseSizes(largest_, solve);
+  if (is_first) first_ = first_.cwiseMax(solve.own);
+  RaiseSizes(first_, solve);
   const ErrorsByCause& errors = result.accuracy.errors.x;
   solve.error = (errors.truncation + errors.rounding).cwiseQuotient(solve.size);
   return solve;

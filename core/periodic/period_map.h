@@ -70,7 +70,7 @@ class PeriodMap {
   TrialObserver observer_;
   std::stop_token stop_;
   std::chrono::steady_clock::time_point started_;
-  Vector largest_;  // |x_i| so far
+  Vector first_;  // |x_i| in the first solve
   Index solves_ = 0;
   Index work_ = 0;
 };

@@ -130,6 +130,18 @@ TEST(PeriodicTest, AnUnstableSolutionIsFound) {
   EXPECT_EQ(verdict.concerns.size(), 1u);
 }
 
+// Solutions from x0 grow by a factor of 3 in each period; the sizes that they reach make no state periodic.
+TEST(PeriodicTest, WhatGrowsWithoutBoundsIsNotPeriodic) {
+  const Vector b{{0.19957717351212656, 1.6462742367055316}};
+  const Problem problem =
+      System(Matrix{{-1, 0.6910825967195378}, {2.0105092097688644, -1}}, b, b.transpose(), Matrix{{0.1}},
+             TimeFunction::Formulas({"max(0, sin(t))", "3.0345*sin(3*t) - 0.0742868"}),
+             TimeFunction::Constant(Vector{{0.5}}), Vector{{0, 0}}, 2 * kPi);
+  const Solution solution = Periodic(problem, 2 * kPi, 1e-7);
+  EXPECT_EQ(solution.termination, Termination::kNotPeriodic) << solution.message;
+  EXPECT_GT(MaxAbs(solution.x.rightCols(1) - solution.x.leftCols(1)), 0.1);
+}
+
 // The multiplier of x' = a x + sin t is e^{2πa}.
 TEST(PeriodicTest, StabilityIsKnownUpToTheErrorOfTheMultipliers) {
   const auto judged = [](double a) {
