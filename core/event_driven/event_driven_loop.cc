@@ -303,6 +303,8 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
 
   if (may_start_below_ && t_ == mode_begin_) LetRisingGuardsStartBelow(step_);
   auto mode_end = FindModeEnd(step_);
+  if (length > 2 * shortest && HasDips(mode_end ? mode_end->s : 1, length))
+    return Repeat(length_.AfterError(step_, length, shortest));
   if (!mode_end) {
     length_.Accept(length, step_.error_ratio);
     Accept(step_end, 1);
@@ -328,6 +330,22 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   }
   Accept(t_ + lasted, mode_end->s, mode_end->guard);
   return EndMode(*mode_end, end);
+}
+
+// Whether a shorter step has less of what RatioOfDips() shows. What did not fall with the length is not the step's.
+bool EventDrivenLoop::HasDips(double s_end, double length) {
+  const double ratio = RatioOfDips(problem_, step_, magnitudes_, SizesOfGuards(s_end), tolerance_, s_end, length,
+                                   length_.ShortestMode(t_, mode_));
+  if (!(ratio > 1 && ratio < std::exchange(dips_, ratio))) return false;
+  step_.error_ratio = ratio;
+  return true;
+}
+
+// The largest values of the guards so far, up to `s_end` of the step.
+Vector EventDrivenLoop::SizesOfGuards(double s_end) const {
+  Vector sizes = RowMaxAbs(Matrix(step_.guard.values.lazyProduct(LooksBefore(s_end)))).cwiseMax(magnitudes_.w);
+  for (const Index i : mode_->active) sizes[i] = std::max(sizes[i], magnitudes_.y[i]);
+  return sizes;
 }
 
 // Whether what the step is off by at an event inside it is no more than the share of the tolerance that its length has
@@ -427,8 +445,8 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
   const ErrorGrowth::ByCause of_state = errors_.InGuards(*mode_);
-  ErrorGrowth::OverlookedByCause overlooked =
-      OverlookedEvents(problem_, step_, of_state, s_end, end - t_, length_.ShortestMode(t_, mode_), repelled_);
+  ErrorGrowth::OverlookedByCause overlooked = OverlookedEvents(problem_, step_, of_state, SizesOfGuards(s_end), s_end,
+                                                               end - t_, length_.ShortestMode(t_, mode_), repelled_);
   relay_jumps_.AddTo(step_, of_state, s_end, t_ == mode_begin_, guard, overlooked);
   // Where x was close to constraints that should not hold yet, its projection onto them is an error.
   const Vector moved = (errors_.Unexplained(x_start_ - x_) - magnitudes_.x_noise).cwiseMax(0);
@@ -458,6 +476,7 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   ++record_.steps;
   attempt_ = 0;
   may_start_below_ = false;
+  dips_ = std::numeric_limits<double>::infinity();
   gap_.reset();
   event_step_.reset();
 }

@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_EVENT_DRIVEN_EVENT_DRIVEN_LOOP_H_
 #define DLCS_CORE_EVENT_DRIVEN_EVENT_DRIVEN_LOOP_H_
 
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -66,6 +67,8 @@ class EventDrivenLoop {
   Progressed FailNonFinite();
   DataSizes SizesSoFar() const;
   double ErrorOfStart() const;
+  bool HasDips(double s_end, double length);
+  Vector SizesOfGuards(double s_end) const;
   void MeasureOutputs(double s_end);
   void NoteInterval(double end, const Mode* mode);
   void Record(const EventOutput::SmoothInterval& interval);
@@ -99,6 +102,7 @@ class EventDrivenLoop {
   bool may_start_below_ = false;  // since all attempts without failed
   StepLength length_;
   int short_modes_ = 0;  // in a row
+  double dips_ = std::numeric_limits<double>::infinity();  // RatioOfDips() of a step that was repeated for it
   double mode_begin_ = 0;
   double begin_error_ = 0;       // how far that may be off
   std::optional<EventGap> gap_;  // after an event

@@ -8,6 +8,7 @@
 
 #include "core/event_driven/first_crossing.h"
 #include "core/lcp/lcp.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/schur_form.h"
@@ -38,28 +39,33 @@ struct DipsByCause {
 };
 
 // The part of a guard that is below zero but above its level, or that may be: where the guard comes nearer to zero than
-// its error, an event may have been missed. What is no deeper than rounding is rounding, the rest truncation.
-DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double s_end) {
+// its error, an event may have been missed. What is no deeper than rounding is rounding, the rest truncation. y and w
+// of a pair are the two sides of one number, so that an ulp of its size `own` is rounding too.
+DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double own,
+                      double s_end) {
   const LegendreVector series = step.guard.values.row(guard).transpose();
   const double noise = step.guard.noise[guard];
+  const double error = step.guard.truncation[guard] + of_state.truncation[guard] + of_state.rounding[guard];
+  if (series[0] - series.tail<kLegendreDegree>().cwiseAbs().sum() > error) return {};
   const Dip dip = DipBelowZero(series, kOfNoise * noise, s_end);
-  const auto near_zero = [&](double error) {
+  const auto near_zero = [&](double distance) {
     Dip may_be = dip;
-    if (!(error > noise)) return may_be;
+    if (!(distance > noise)) return may_be;
     const auto minimum = LowestMinimum(series, s_end);
-    if (!minimum || minimum->value >= error) return may_be;
-    const double depth = error - std::max(minimum->value, 0.0);
+    if (!minimum || minimum->value >= distance) return may_be;
+    const double depth = distance - std::max(minimum->value, 0.0);
     const double half_width = std::min(1.0, std::sqrt(2 * depth / minimum->curvature));
     may_be.depth = NanMax(may_be.depth, depth);
     may_be.mean = NanMax(may_be.mean, 4.0 / 3 * depth * half_width / (1 + s_end));  // of a parabola
     return may_be;
   };
   const double rounding = of_state.rounding[guard];
-  const Dip both = near_zero(step.guard.truncation[guard] + rounding + of_state.truncation[guard]);
+  const Dip both = near_zero(error);
   Dip of_rounding = near_zero(rounding);
   constexpr double kMostNoise = 4;  // of which a guard has at most so many times as much; HostileSeeds feels it
   const double most = std::max(rounding, kMostNoise * noise);
   if (of_rounding.depth > most) of_rounding = {most, of_rounding.mean * most / of_rounding.depth};
+  if (both.depth <= kUlp * own) of_rounding = both;
   return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding};
 }
 
@@ -153,6 +159,31 @@ Vector OfRepelled(const Problem& problem, const SmoothStep& step, Index i, doubl
   return p / (pair.M * pair.rate) * pair.of_y.cwiseAbs();
 }
 
+// Where a guard has a dip.
+struct DipPlace {
+  Index guard;
+  bool is_active;
+  double duration, shortest;  // as in OverlookedEvents()
+};
+
+// Adds the effects of y_i > 0 that is missing, or of y_i < 0 that should be zero. `of_y`: what y_i is in x'.
+void AddDip(const Problem& problem, const DipPlace& at, const Dip& dip, const Vector& of_y,
+            ErrorGrowth::Overlooked& to) {
+  if (dip.depth == 0) return;
+  const Index i = at.guard;
+  const double M = problem.M.Dense()(i, i);
+  const double moves = std::abs(problem.N.Dense().row(i).dot(problem.B.Dense().col(i)));  // w_i by y_i, a unit of time
+  if (at.is_active) {
+    to.slope += dip.mean * of_y;
+  } else if (M > 0) {
+    to.slope += dip.mean / M * of_y;
+    // A triangle that is shorter than the error of the times of events is that error, of the event before.
+    if (2 * dip.mean * at.duration > dip.depth * at.shortest) to.y[i] = dip.depth / M;
+  } else if (moves > 0) {
+    to.x += dip.depth / moves * of_y;
+  }
+}
+
 }  // namespace
 
 std::optional<ModeEnd> FindModeEnd(const SmoothStep& step) {
@@ -240,27 +271,12 @@ void RelayJumps::AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_st
 }
 
 ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
-                                                const ErrorGrowth::ByCause& of_state, double s_end, double duration,
-                                                double shortest, RepelledStarts& repelled) {
-  const Matrix &B = problem.B.Dense(), &N = problem.N.Dense(), &M = problem.M.Dense();
+                                                const ErrorGrowth::ByCause& of_state, const Vector& own, double s_end,
+                                                double duration, double shortest, RepelledStarts& repelled) {
   const Mode& mode = step.stepper->mode();
   const Vector no_state = Vector::Zero(problem.num_states());
   const ErrorGrowth::Overlooked nothing{no_state, no_state, Vector::Zero(problem.num_constraints())};
   ErrorGrowth::OverlookedByCause overlooked{nothing, nothing, nothing};
-  // Effects of y_i > 0 that is missing, or y_i < 0 that should be zero.
-  const auto add = [&](Index i, bool is_active, const Dip& dip, const Vector& of_y, ErrorGrowth::Overlooked& to) {
-    if (dip.depth == 0) return;
-    const double moves = std::abs(N.row(i).dot(B.col(i)));  // w_i by y_i, a unit of time
-    if (is_active) {
-      to.slope += dip.mean * of_y;
-    } else if (M(i, i) > 0) {
-      to.slope += dip.mean / M(i, i) * of_y;
-      // A triangle that is shorter than the error of the times of events is that error, of the event before.
-      if (2 * dip.mean * duration > dip.depth * shortest) to.y[i] = dip.depth / M(i, i);
-    } else if (moves > 0) {
-      to.x += dip.depth / moves * of_y;
-    }
-  };
   for (Index i = 0; i < step.guard.values.rows(); ++i) {
     const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
     const LegendreVector guard = step.guard.values.row(i).transpose();
@@ -274,11 +290,14 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
       overlooked.truncation.x += repelled_by;
       overlooked.with_signs.x += repelled_by;
     }
-    const DipsByCause dips = MissedDip(step, i, of_state, s_end);
-    const Vector of_y = B.col(i);
-    add(i, is_active, dips.rounding, of_y.cwiseAbs(), overlooked.rounding);
-    add(i, is_active, dips.truncation, of_y.cwiseAbs(), overlooked.truncation);
-    add(i, is_active, dips.truncation, of_y, overlooked.with_signs);
+    const DipsByCause dips = MissedDip(step, i, of_state, own[i], s_end);
+    const Vector of_y = problem.B.Dense().col(i);
+    const auto add = [&](const Dip& dip, const Vector& signs, ErrorGrowth::Overlooked& to) {
+      AddDip(problem, {i, is_active, duration, shortest}, dip, signs, to);
+    };
+    add(dips.rounding, of_y.cwiseAbs(), overlooked.rounding);
+    add(dips.truncation, of_y.cwiseAbs(), overlooked.truncation);
+    add(dips.truncation, of_y, overlooked.with_signs);
   }
   if (!mode.is_explicit()) {
     const Vector settles = problem.A.Dense().diagonal().cwiseAbs().cwiseInverse();
@@ -287,6 +306,31 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
     }
   }
   return overlooked;
+}
+
+double RatioOfDips(const Problem& problem, const SmoothStep& step, const Magnitudes& magnitudes, const Vector& own,
+                   double tolerance, double s_end, double duration, double shortest) {
+  const std::vector<Index>& active = step.stepper->mode().active;
+  const Vector no_error = Vector::Zero(own.size());
+  double ratio = 0;
+  for (Index i = 0; i < own.size(); ++i) {
+    const Dip dip = MissedDip(step, i, {no_error, no_error}, own[i], s_end).truncation;
+    if (dip.depth == 0) continue;
+    ErrorGrowth::Overlooked of{Vector::Zero(problem.num_states()), Vector::Zero(problem.num_states()), no_error};
+    const bool is_active = std::binary_search(active.begin(), active.end(), i);
+    AddDip(problem, {i, is_active, duration, shortest}, dip, problem.B.Dense().col(i).cwiseAbs(), of);
+    const auto ratio_of = [tolerance](const Vector& error, const Vector& size) {
+      double largest = 0;
+      for (Index j = 0; j < error.size(); ++j)
+        if (error[j] > 0) largest = NanMax(largest, error[j] / (tolerance * size[j]));
+      return largest;
+    };
+    const double of_errors =
+        NanMax(ratio_of(of.x + duration * of.slope, magnitudes.x.cwiseMax(step.x_size)), ratio_of(of.y, magnitudes.y));
+    const double of_rounding = dip.depth / std::max(kUlp * own[i], step.guard.noise[i]);
+    ratio = NanMax(ratio, std::min(of_errors, of_rounding));
+  }
+  return ratio;
 }
 
 }  // namespace dlcs

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Components that are exactly zero beside a guard that decays to zero or touches it. The polynomials of the guard dip
+// below zero there by what they miss, and their own size allows these components nothing.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "core/problem/verdict.h"
+#include "tests/support/solving.h"
+
+namespace dlcs {
+namespace {
+
+// x' = -x + y + f, 0 <= y ⟂ N x + g + M y >= 0 on [0, T].
+struct ZeroPair {
+  std::string name;
+  double N, M;
+  std::string f, g;
+  double x0, T;
+  std::function<double(double)> x;
+};
+
+double Decay(double t) { return std::exp(-t); }
+double Zero(double) { return 0; }
+
+ZeroPair PairBesideGuard(const std::string& name, const std::string& g, double T) {
+  return {name, 0, 1, "0", g, 1, T, Decay};
+}
+// y holds x at zero.
+ZeroPair StateBesideGuard(const std::string& name, const std::string& f, double T) {
+  return {name, 1, 0, f, "0", 0, T, Zero};
+}
+
+class ZeroPairs : public ::testing::TestWithParam<ZeroPair> {};
+
+TEST_P(ZeroPairs, AreSolved) {
+  const ZeroPair& pair = GetParam();
+  Problem problem;
+  problem.A = Matrix{{-1}};
+  problem.B = Matrix{{1}};
+  problem.N = Matrix{{pair.N}};
+  problem.M = Matrix{{pair.M}};
+  problem.x0 = Vector{{pair.x0}};
+  problem.horizon = pair.T;
+  problem.f = TimeFunction::Formulas({pair.f});
+  problem.g = TimeFunction::Formulas({pair.g});
+  for (const double tolerance : {1e-2, 1e-4, 1e-7, 1e-10}) {
+    Options options;
+    options.error_tolerance = tolerance;
+    options.method = Method::kEventDriven;
+    const Solution solution = testing::SolveWith(problem, options);
+    const Verdict verdict = JudgeSolution(solution);
+    EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << tolerance << ": " << verdict.text;
+    for (Index k = 0; k < solution.x.cols(); ++k) {
+      const double t = solution.times[static_cast<std::size_t>(k)];
+      EXPECT_NEAR(solution.x(0, k), pair.x(t), tolerance * std::abs(pair.x0)) << tolerance << " at " << t;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Guards, ZeroPairs,
+                         ::testing::Values(PairBesideGuard("APairAndADecay", "exp(-3*t)", 10),
+                                           PairBesideGuard("AFastOne", "exp(-100*t)", 10),
+                                           PairBesideGuard("ADecayingWave", "exp(-20*t)*(1.5+cos(9*t))", 3),
+                                           PairBesideGuard("AGuardThatTouchesZero", "1+sin(pi*t)", 10),
+                                           PairBesideGuard("AFourthPower", "(t-0.7)**4", 3),
+                                           ZeroPair{"OtherUnits", 0, 1e9, "0", "1e9*exp(-5*t)", 1, 9, Decay},
+                                           PairBesideGuard("SmallUnits", "1e-9*exp(-5*t)", 9),
+                                           ZeroPair{"WithFeedback", 1, 1, "0", "exp(-3*t)", 0, 10, Zero},
+                                           StateBesideGuard("AStateHeldByADecay", "-exp(-300*t)", 2),
+                                           StateBesideGuard("ASlowOne", "-exp(-2*t)", 20),
+                                           StateBesideGuard("AForceThatTouchesZero", "-1-cos(3*t)", 10)),
+                         [](const ::testing::TestParamInfo<ZeroPair>& pair) { return pair.param.name; });
+
+}  // namespace
+}  // namespace dlcs
