@@ -39,6 +39,10 @@ class Sources {
   // Bounds of the rounding errors of the values at `t`, between break points.
   void RoundingOfF(double t, Eigen::Ref<Vector> bound) { f_.RoundingAt(t, bound); }
   void RoundingOfG(double t, Eigen::Ref<Vector> bound) { g_.RoundingAt(t, bound); }
+  // g' and bounds of its rounding errors, infinite where it is not known.
+  void SlopeOfG(double t, Side side, Eigen::Ref<Vector> value, Eigen::Ref<Vector> bound) {
+    g_.SlopeAt(t, side, value, bound);
+  }
   Index num_states() const { return f_.size(); }
   Index num_constraints() const { return g_.size(); }
 

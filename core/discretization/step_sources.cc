@@ -50,6 +50,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   step.begin = begin;
   step.length = length;
   step.check_s = kCheckPosition;
+  step.g_slope.resize(0, kLegendreSize);
   static const LegendreVector at_check_position = LegendreValues(kCheckPosition);
   // t is rounded, and moves the value of a source by that times its slope.
   const double time_rounding = RoundingOf(2) * std::max(std::abs(begin), std::abs(end));
@@ -104,6 +105,26 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
       step.g_at_check, step.g_missed, step.g_misfit);
   step.finite = f_finite && g_finite;
   evaluations_ += kLegendreSize + 1;
+}
+
+void SourceSampler::SampleSlope(StepSources& step) {
+  const LegendreBasis& basis = GetLegendreBasis();
+  const Index size = sources_.num_constraints();
+  const double end = step.begin + step.length;
+  values_.resize(size, kLegendreSize);
+  rounding_.resize(size);
+  step.g_slope_noise.setZero(size);
+  for (Index j = 0; j < kLegendreSize; ++j) {
+    const Side side = basis.nodes[j] < 0 ? Side::kRight : Side::kLeft;
+    const double t = j == kLegendreDegree ? end : step.begin + step.length * (1 + basis.nodes[j]) / 2;
+    sources_.SlopeOfG(Beside(t, side), side, values_.col(j), rounding_);
+    step.g_slope_noise = step.g_slope_noise.cwiseMax(rounding_);
+  }
+  step.g_slope = InterpolateAtNodes(values_);
+  const double time_rounding = RoundingOf(2) * std::max(std::abs(step.begin), std::abs(end));
+  slope_ = 2 / step.length * DerivativeOf(step.g_slope);
+  step.g_slope_noise += RoundingOf(kOperations) * RowMaxAbs(values_) +
+                        2 * time_rounding * slope_.cwiseAbs().rowwise().sum();
 }
 
 Sources::NonFinite SourceSampler::WhyNonFinite(const StepSources& step) {

@@ -31,6 +31,10 @@ struct StepSources {
   Vector f_size, g_size;                          // max |f_i|, |g_i| over the nodes
   Vector f_noise, g_noise;                        // bounds of the rounding errors of values and of their times
   bool finite = false;                            // all of these are, and every value
+  // g' from g itself, with a bound of its rounding errors: the polynomial of g has those of g over the length. Empty
+  // where it was not asked for.
+  LegendreSeries g_slope;
+  Vector g_slope_noise;
 };
 
 class SourceSampler {
@@ -51,6 +55,9 @@ class SourceSampler {
   // checks that the values are finite there. Returns whether anything changed. This finds short pulses between the
   // nodes.
   bool Probe(StepSources& step);
+
+  // Sets g_slope and its noise, which is infinite where g' is not known. Cost: some ten times that of g at the nodes.
+  void SampleSlope(StepSources& step);
 
   // A time inside `step`, or its end, at which f or g has a kink or a jump, if both are smooth elsewhere in it; of
   // several, the strongest one. None if they are smooth, or smooth nowhere. Found by bisection with about a thousand

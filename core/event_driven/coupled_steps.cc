@@ -73,7 +73,7 @@ CoupledSteps::Step CoupledSteps::TakeHalves(double begin, double end, double len
   const Vector coarse = segment_.x.col(1);
   step.verdict = TakeStep(begin, middle, length / 2, x);
   if (step.verdict != LcpStatus::kSolved) return step;
-  const Vector x_middle = segment_.x.col(1);
+  const Vector x_middle = segment_.x.col(1), g_middle = segment_.g.col(1);
   step.verdict = TakeStep(middle, end, length / 2, x_middle);
   step.kept_selection = departures_.steps_off_selection == 0;
   step.x = segment_.x.col(1);
@@ -82,6 +82,7 @@ CoupledSteps::Step CoupledSteps::TakeHalves(double begin, double end, double len
   step.w = problem_.N * step.x + step.g + problem_.M * step.y;
   step.error = (step.x - coarse).cwiseAbs();
   step.inside = (x_middle - (x / 2 + step.x / 2)).cwiseAbs();
+  step.w_inside = (problem_.N * Vector(step.x - x_middle) + step.g - g_middle).cwiseAbs();
   step.noise = RoundingOf(64) * (x.cwiseAbs().cwiseMax(step.x.cwiseAbs()) +
                                  length * (problem_.B.AbsTimes(step.y.cwiseAbs()) + segment_.f.col(1).cwiseAbs()));
   return step;

@@ -42,9 +42,12 @@ class CoupledSteps {
     Vector error;   // |x - that after one step|
     Vector inside;  // |x in the middle - the mean of begin and end|: how far the step is from a line
     Vector noise;   // the rounding error of both
+    // By how much N x + g changes in the second half: w is off by as much inside the step, or y has changed.
+    Vector w_inside;
   };
   // One step from `x` at `begin`, at most up to `limit`, so short that its errors are at most the share of `tolerance`
-  // · `sizes` that a step of its length gets; they may be larger if the step is as short as steps can be.
+  // · `sizes` that a step of its length gets; they may be larger if the step is as short as steps can be. w_inside may
+  // be anything, since w may jump.
   Step Take(double begin, double limit, const Eigen::Ref<const Vector>& x, const Vector& sizes, double tolerance);
 
   double length() const { return length_; }  // of the next step

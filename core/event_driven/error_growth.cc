@@ -299,6 +299,10 @@ void ErrorGrowth::Add(const Vector& error, const Vector& inside) {
   }
 }
 
+void ErrorGrowth::AddInside(const Vector& of_w) {
+  for (Index i = 0; i < of_w.size(); ++i) w_.Raise(i, of_w[i], of_w[i], 0);
+}
+
 ErrorGrowth::ByCause ErrorGrowth::InGuards(const Mode& mode) const {
   const Largest sizes = SizesOf(mode.guard.state * errors_);
   return {TruncationOf(sizes.truncation, sizes.with_signs, sizes.rounding), sizes.rounding};

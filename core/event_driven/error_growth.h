@@ -61,6 +61,8 @@ class ErrorGrowth {
   ByCause InGuards(const Mode& mode) const;
   // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.
   void Add(const Vector& error, const Vector& inside);
+  // Of that step, how far w is off inside of it.
+  void AddInside(const Vector& of_w);
 
   // The largest errors so far of each component, and the sizes in `sizes`.
   TrajectoryErrors Errors(const Magnitudes& sizes) const;

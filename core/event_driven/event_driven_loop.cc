@@ -32,6 +32,10 @@ double MaxDefaultWorkOfCells(double cells) {
 // PlainSystems feels 4 times as much.
 constexpr double kNearEnd = 0.25;
 
+// What lasts no longer than this part of the horizon is one point of the record: there y and w may be anything. So many
+// modes are as short where they accumulate.
+constexpr double kShortModePart = 1e-6;
+
 double StepWithoutMode(const Problem& problem) {
   const double norm = InfinityNorm(Balance(problem.A.Dense()).matrix);
   return norm > 0 ? 4 / norm : problem.horizon;
@@ -293,6 +297,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   const auto take = [&] {
     return TakeSmoothStep(stepper, x_start_, sources_, magnitudes_, tolerance_, share, gap_ ? &*gap_ : nullptr);
   };
+  if (NeedsSlopeOfG(*mode_, sources_, magnitudes_, tolerance_)) sampler_.SampleSlope(sources_);
   step_ = take();
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
     if (!sources_.finite) return FailNonFinite();
@@ -417,7 +422,6 @@ EventDrivenLoop::Progressed EventDrivenLoop::EndMode(const ModeEnd& mode_end, do
   // So many modes in a row, each shorter than this part of the horizon: modes accumulate. One in which the state moves
   // by less than the tolerance counts for many.
   constexpr int kMaxShortModes = 256, kCountOfStill = 32;
-  constexpr double kShortModePart = 1e-6;
   const double lasted = t_ - mode_begin_;
   length_.EndMode(lasted);
   mode_begin_ = t_;
@@ -550,6 +554,7 @@ bool EventDrivenLoop::TakeCoupledSteps(double end) {
     output_.AddCoupled(t_, step.end, x_, step.x, step.y, step.w, step.g);
     NoteInterval(step.end, nullptr);
     errors_.Add(step.error, step.inside);
+    if (step.end - t_ > kShortModePart * problem_.horizon) errors_.AddInside(step.w_inside);
     if (flow_) flow_->GiveUp();
     x_ = step.x;
     y_ = step.y;

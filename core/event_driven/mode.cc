@@ -438,6 +438,10 @@ std::unique_ptr<Mode> ModeMaker::MakeEquations(std::vector<Index> active, const 
     mode.outputs = multipliers->Substitute(given.C.Dense().topRows(p), Matrix::Zero(p, n), mode.outputs_of_y);
   }
   if (mode.is_explicit()) mode.dynamics = mode.F;
+  for (LinearOutput* output : {&mode.guard, &mode.outputs}) {
+    if (mode.num_algebraic == 0 || output->slope.size() == 0) continue;
+    output->slope_g = -output->slope * mode.correction * mode.algebraic_g();
+  }
   if (multipliers->inverse.inverse.is_refined()) mode.refinement = std::move(multipliers);
   return result;
 }

@@ -26,6 +26,7 @@ struct LinearOutput {
   Matrix slope;
   Matrix f;
   Matrix g;
+  Matrix slope_g;  // what g' is in it through x', where algebraic equations move x'
 };
 
 // An inverse in units in which rows and columns can be compared: that of row.asDiagonal() · matrix ·

@@ -294,8 +294,8 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
 // the mode themselves, E x' = F x + b, of which the algebraic ones are differentiated, it has the rounding of their
 // terms and, as often as fast states act in them, that of the states. Where no digit is left by either way, the
 // derivative of its own polynomial, which was refined, has less. `x_noise`: the rounding of the states.
-void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source_noise, const Vector& x_noise,
-                              Solution& solution) const {
+void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source_noise, const SlopeOfSource& slope,
+                              const Vector& x_noise, Solution& solution) const {
   // One coefficient of a source has more than the rounding of one value. HostileSeeds feels a quarter of it.
   constexpr double kSafety = 4;
   const double of_derivative = kLegendreDegree * kLegendreDegree / half_;
@@ -304,6 +304,12 @@ void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source
   for (Index i = rows.rows() - mode_->num_algebraic; i < rows.rows(); ++i) {
     rows.row(i) = -1 / half_ * DerivativeOf(LegendreVector(source.row(i))).transpose();
     noise[i] = of_derivative * (kUlp * source.row(i).cwiseAbs().sum() + source_noise[i]);
+  }
+  const Index first = rows.rows() - mode_->num_algebraic;
+  for (Index p = 0; p < slope.noise.size(); ++p) {
+    if (!(slope.noise[p] < noise[first + p])) continue;
+    rows.row(first + p) = -slope.values.row(p);
+    noise[first + p] = slope.noise[p];
   }
   const LegendreSeries by_rows = Apply(mode_->solve_slope, rows);
   noise += kUlp * (mode_->E_terms * SizeOfRows(by_rows));
@@ -329,7 +335,7 @@ Vector ModeStepper::Stiffness(const Vector& size) const {
 }
 
 ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source,
-                                         const Vector& source_noise) const {
+                                         const Vector& source_noise, const SlopeOfSource& slope) const {
   constexpr Index kOperations = 8;
   constexpr int kMaxCorrections = 6, kMaxSteadyCorrections = 16;
   constexpr double kSteady = 1.0 / 8;  // of the change before; PlainSystems feels it
@@ -410,7 +416,7 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     AddSlope(c, source, source_noise, solution);
     const Vector x_noise = RoundingOf(kOperations) * (start.cwiseAbs() + size) + solution.uncertainty +
                            solution.kept_layer + solution.last_noise;
-    RefineSlope(source, source_noise, x_noise, solution);
+    RefineSlope(source, source_noise, slope, x_noise, solution);
     for (const Index i : solution.unreached) solution.slope.row(i).setZero();
   }
   return solution;

@@ -64,9 +64,16 @@ class ModeStepper {
     // Of its last coefficients. Zero if no row is stiff, or if all last coefficients are no more than rounding of x.
     Vector last_noise;
   };
+  // The derivative of the source of the algebraic equations, where it is known better than from its polynomial: its
+  // noise is infinite where it is not.
+  struct SlopeOfSource {
+    LegendreSeries values;
+    Vector noise;
+  };
   // The step from `start` with the source b = `source`, whose coefficients have rounding errors of the size
   // `source_noise`.
-  Solution Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source, const Vector& source_noise) const;
+  Solution Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source, const Vector& source_noise,
+                 const SlopeOfSource& slope = {}) const;
 
   // The propagation of errors: Solve() for constant sources, without refinement and layers. `starts` and `sources` have
   // one column for each error; an empty `sources` stands for zero. `values` are the errors at the times whose
@@ -129,8 +136,8 @@ class ModeStepper {
                             OfRounding of_rounding) const;
   void AddSlope(const ComplexSeries& c, const LegendreSeries& source, const Vector& source_noise,
                 Solution& solution) const;
-  void RefineSlope(const LegendreSeries& source, const Vector& source_noise, const Vector& x_noise,
-                   Solution& solution) const;
+  void RefineSlope(const LegendreSeries& source, const Vector& source_noise, const SlopeOfSource& slope,
+                   const Vector& x_noise, Solution& solution) const;
 
   // What unit starts and unit sources, side by side, make of x at each look, and of x' at the end.
   struct UnitResponses {

@@ -19,6 +19,8 @@ namespace {
 constexpr double kOfCoefficient = 1.0 / 8;
 // Of what a step makes of a row.
 constexpr Index kOperationsOfStep = 128;
+// The slope of a polynomial of degree K is at most K² times its largest value on [-1, 1] (Markov).
+constexpr double kOfDerivative = 2.0 * kLegendreDegree * kLegendreDegree;
 
 LegendreSeries Output(const LinearOutput& output, const ModeStepper::Solution& solution, const StepSources& sources) {
   LegendreSeries series = Apply(output.state, solution.x);
@@ -218,12 +220,11 @@ void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, St
     of_sources += AbsTimes(output.f, sources_.f_missed.cwiseAbs());
     with_signs += output.f * sources_.f_misfit;
   }
-  if (output.slope.size() > 0 && mode_.num_algebraic > 0) {
+  if (output.slope_g.size() > 0) {
     // What the interpolant of g misses is (1 - s²) U_{K-1}(s), whose slope at the ends is 2K times its largest value.
     const double of_slopes = 4 * kLegendreDegree / sources_.length;
-    const Matrix of_g = output.slope * mode_.correction * mode_.algebraic_g();
-    of_sources += of_slopes * AbsTimes(of_g, sources_.g_missed.cwiseAbs());
-    with_signs += of_slopes * (of_g * sources_.g_misfit);
+    of_sources += of_slopes * AbsTimes(output.slope_g, sources_.g_missed.cwiseAbs());
+    with_signs += of_slopes * (output.slope_g * sources_.g_misfit);
   }
   rows.truncation += TruncationOf(of_sources, with_signs, noise);
 }
@@ -262,6 +263,14 @@ EventGap GapOf(const SmoothStep& step, const StepSources& sources) {
           sources.g_missed.cwiseAbs() + EstimateTail(sources.g)};
 }
 
+bool NeedsSlopeOfG(const Mode& mode, const StepSources& sources, const Magnitudes& magnitudes, double tolerance) {
+  if (mode.guard.slope_g.size() == 0 || sources.g_is_steady) return false;
+  const Vector noise = kUlp * sources.g_size + kOfNoise * sources.g_noise;
+  const Vector of_guards = kOfDerivative / sources.length * AbsTimes(mode.guard.slope_g, noise);
+  return std::any_of(mode.active.begin(), mode.active.end(),
+                     [&](Index i) { return of_guards[i] > tolerance * magnitudes.y[i]; });
+}
+
 SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eigen::Ref<const Vector>& start,
                           const StepSources& sources, const Magnitudes& magnitudes, double tolerance, double share,
                           const EventGap* gap) {
@@ -272,7 +281,12 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   SmoothStep step;
   step.stepper = std::move(stepper);
   const Vector noise_of_sources = kOfNoise * InRows(mode, sources.f_noise, sources.g_noise);
-  ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources);
+  ModeStepper::SlopeOfSource slope;
+  if (sources.g_slope.rows() > 0 && mode.num_algebraic > 0) {
+    slope.values = mode.algebraic_g() * sources.g_slope;
+    slope.noise = AbsTimes(mode.algebraic_g(), sources.g_slope_noise);
+  }
+  ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources, slope);
   step.unreached = solution.unreached;
   step.left = std::move(solution.left);
   step.layer = 2 * solution.layer.cwiseAbs();

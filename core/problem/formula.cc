@@ -64,20 +64,36 @@ bool Formula::IsSteady(double begin, double end) {
   return in_one && is_decided_ && varying_.empty();
 }
 
+FormulaEnclosure& Formula::Enclosed() {
+  if (!enclosure_)
+    enclosure_ = std::make_unique<FormulaEnclosure>(analyzed_->tree, FormulaEnclosure::Assumptions{.has_value = true});
+  return *enclosure_;
+}
+
 double Formula::RoundingAt(double t) {
   if (computed_.empty()) return 0;
-  const FormulaTree& tree = analyzed_->tree;
-  if (!enclosure_)
-    enclosure_ = std::make_unique<FormulaEnclosure>(tree, FormulaEnclosure::Assumptions{.has_value = true});
   const auto rounding_at = [&](double time) {
-    enclosure_->EvaluateAt(time);
-    return enclosure_->value_at_middle(static_cast<int>(tree.steps.size()) - 1).width() / 2;
+    Enclosed().EvaluateAt(time);
+    return Enclosed().value_at_middle(static_cast<int>(analyzed_->tree.steps.size()) - 1).width() / 2;
   };
   if (has_intervals_) EnterIntervalOf(t, Side::kRight);
   if (!is_decided_ || !varying_.empty()) return rounding_at(t);
   // The same everywhere in the interval, and farthest from its ends surely no jump.
   if (steady_rounding_ < 0) steady_rounding_ = rounding_at(analyzed_->switching.inside[interval_]);
   return steady_rounding_;
+}
+
+Formula::Slope Formula::SlopeAt(double t, Side side) {
+  if (!DependsOnTime()) return {0, 0};
+  if (computed_.empty()) return {1, 0};
+  if (has_intervals_) {
+    EnterIntervalOf(t, side);
+    if (is_decided_ && varying_.empty()) return {0, 0};
+  }
+  Enclosed().Evaluate(t, t, t);
+  const Interval slope = Enclosed().slope(static_cast<int>(analyzed_->tree.steps.size()) - 1);
+  if (!slope.is_bounded()) return {0, std::numeric_limits<double>::infinity()};
+  return {slope.lo + slope.width() / 2, slope.width() / 2};
 }
 
 double Formula::Evaluate(double t, Side side) {

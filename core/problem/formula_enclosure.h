@@ -44,6 +44,7 @@ class FormulaEnclosure {
   static bool IsDecided(FormulaOperation operation, Interval decider);
 
   Interval value(int step) const { return all_[static_cast<std::size_t>(step)].value; }
+  Interval slope(int step) const { return all_[static_cast<std::size_t>(step)].slope; }
   Interval value_at_middle(int step) const { return middle_[static_cast<std::size_t>(step)]; }
   // Whether some step may have no finite value.
   bool is_singular() const { return singular_; }

@@ -86,8 +86,8 @@ absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeOn(const std::stri
                         std::min(horizon, interval.end));
 }
 
-// The compiled forms of the four kinds of pieces; each writes its value at t to `out`, or the bound of its rounding,
-// and knows where it is constant.
+// The compiled forms of the four kinds of pieces; each writes its value at t to `out`, its derivative, or the bounds
+// of their rounding, and knows where it is constant.
 
 constexpr Index kOperations = 4;
 
@@ -96,6 +96,10 @@ class CompiledConstant {
   explicit CompiledConstant(const ConstantFunction& function) : value_(function.value) {}
   void Evaluate(double /*t*/, Side /*side*/, Eigen::Ref<Vector> out) { out = value_; }
   void RoundingAt(double /*t*/, Eigen::Ref<Vector> out) { out.setZero(); }
+  void SlopeAt(double /*t*/, Side /*side*/, Eigen::Ref<Vector> out, Eigen::Ref<Vector> rounding) {
+    out.setZero();
+    rounding.setZero();
+  }
   bool IsSteady(double /*begin*/, double /*end*/) const { return true; }
 
  private:
@@ -144,6 +148,18 @@ class CompiledFormulas {
     }
   }
 
+  void SlopeAt(double t, Side side, Eigen::Ref<Vector> out, Eigen::Ref<Vector> rounding) {
+    out.setZero();
+    rounding.setZero();
+    for (Varying& varying : varying_) {
+      const Formula::Slope slope = varying.formula.SlopeAt(t, side);
+      for (const Index i : varying.components) {
+        out(i) = slope.value;
+        rounding(i) = slope.rounding;
+      }
+    }
+  }
+
   bool IsSteady(double begin, double end) {
     return std::all_of(varying_.begin(), varying_.end(),
                        [&](Varying& varying) { return varying.formula.IsSteady(begin, end); });
@@ -181,6 +197,18 @@ class CompiledSamples {
     out = RoundingOf(kOperations) * values_.col(column).cwiseAbs().cwiseMax(values_.col(next).cwiseAbs());
   }
 
+  void SlopeAt(double t, Side side, Eigen::Ref<Vector> out, Eigen::Ref<Vector> rounding) {
+    const std::size_t k = finder_.Find(t, side);
+    const std::vector<double>& times = finder_.times();
+    const auto column = static_cast<Index>(k);
+    out.setZero();
+    rounding.setZero();
+    if (t <= times.front() || k + 1 == times.size()) return;
+    const double length = times[k + 1] - times[k];
+    out = (values_.col(column + 1) - values_.col(column)) / length;
+    rounding = RoundingOf(kOperations) / length * (values_.col(column + 1).cwiseAbs() + values_.col(column).cwiseAbs());
+  }
+
   bool IsSteady(double /*begin*/, double /*end*/) const { return false; }
 
  private:
@@ -205,6 +233,18 @@ class CompiledPolynomial {
     out = coefficients_.col(k).cwiseAbs();
     while (k-- > 0) out = out * s + coefficients_.col(k).cwiseAbs();
     out *= RoundingOf(kOperations) * static_cast<double>(coefficients_.cols());
+  }
+
+  void SlopeAt(double t, Side /*side*/, Eigen::Ref<Vector> out, Eigen::Ref<Vector> rounding) {
+    const double s = t - origin_;
+    out.setZero();
+    rounding.setZero();
+    for (Index k = coefficients_.cols() - 1; k > 0; --k) {
+      const auto of_slope = static_cast<double>(k) * coefficients_.col(k);
+      out = out * s + of_slope;
+      rounding = rounding * std::abs(s) + of_slope.cwiseAbs();
+    }
+    rounding *= RoundingOf(kOperations) * static_cast<double>(coefficients_.cols());
   }
 
   bool IsSteady(double /*begin*/, double /*end*/) const { return coefficients_.cols() == 1; }
@@ -258,6 +298,11 @@ struct TimeFunctionEvaluator::Impl {
     std::visit([&](auto& compiled) { compiled.Evaluate(t, side, out); }, piece);
   }
 
+  void SlopeOfPieces(double t, Side side, Eigen::Ref<Vector> out, Eigen::Ref<Vector> rounding) {
+    CompiledPiece& piece = pieces[starts.Find(t, side)];
+    std::visit([&](auto& compiled) { compiled.SlopeAt(t, side, out, rounding); }, piece);
+  }
+
   void RoundingOfPieces(double t, Eigen::Ref<Vector> out) {
     CompiledPiece& piece = pieces[starts.Find(t, Side::kRight)];
     std::visit([&](auto& compiled) { compiled.RoundingAt(t, out); }, piece);
@@ -309,6 +354,16 @@ void TimeFunctionEvaluator::RoundingAt(double t, Eigen::Ref<Vector> out) {
   impl_->EvaluatePieces(t, Side::kRight, impl_->inner.col(0));
   rounding += RoundingOf(kOperations) * impl_->inner.cwiseAbs();
   out = AbsTimes(impl_->lift.Dense(), rounding.col(0));
+}
+
+void TimeFunctionEvaluator::SlopeAt(double t, Side side, Eigen::Ref<Vector> out, Eigen::Ref<Vector> rounding) {
+  if (impl_->lift.size() == 0) return impl_->SlopeOfPieces(t, side, out, rounding);
+  Matrix& of_inner = impl_->inner_rounding;
+  of_inner.resize(impl_->inner.rows(), 1);
+  impl_->SlopeOfPieces(t, side, impl_->inner.col(0), of_inner.col(0));
+  impl_->lift.Multiply(impl_->inner, out);
+  of_inner += RoundingOf(kOperations) * impl_->inner.cwiseAbs();
+  rounding = AbsTimes(impl_->lift.Dense(), of_inner.col(0));
 }
 
 std::vector<AnalyzedComponent> AnalyzeFormulas(const TimeFunction& function, double horizon) {

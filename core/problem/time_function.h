@@ -94,6 +94,8 @@ class TimeFunctionEvaluator {
   // Writes bounds of the rounding errors of the values at `t`, where no piece starts and nothing jumps; of a formula
   // also where it is a small difference of large terms. Cost: some ten times that of Evaluate() for formulas.
   void RoundingAt(double t, Eigen::Ref<Vector> out);
+  // The derivative at `t`, the limit from `side`, and bounds of its rounding errors, infinite where it is not known.
+  void SlopeAt(double t, Side side, Eigen::Ref<Vector> out, Eigen::Ref<Vector> rounding);
 
  private:
   struct Impl;
