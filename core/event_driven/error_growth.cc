@@ -202,8 +202,10 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
     }
   }
   for (Index e = 0; e < kSamples; ++e) {
-    errors_.col(e) +=
+    const Vector stored =
         SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
+    errors_.col(e) += stored;
+    if (!mode.is_explicit()) slopes_.col(e) += mode.dynamics * stored;
     AddTo(e, overlooked.rounding.x);
   }
   // At its end a step is far better than inside of it, where an event cuts it.

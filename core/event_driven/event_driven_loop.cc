@@ -239,10 +239,17 @@ bool EventDrivenLoop::TryAgainFromBelow() {
   return true;
 }
 
+// The sources of a step in the mode, with g' where y depends on it: the slope of the polynomial of g has the rounding
+// of g over the length.
+void EventDrivenLoop::Sample(const Mode& mode, double begin, double end) {
+  sampler_.Sample(begin, end, sources_);
+  if (mode.guard.slope_g.size() > 0 && !sources_.g_is_steady) sampler_.SampleSlope(sources_);
+}
+
 // Takes a step from `begin` to `end` in place of one before it. Returns whether it is accurate.
 bool EventDrivenLoop::TakeOneMore(const Mode& mode, const Vector& start, double begin, double end,
                                   const EventGap* gap) {
-  sampler_.Sample(begin, end, sources_);
+  Sample(mode, begin, end);
   if (!sources_.finite) return false;
   step_ = TakeSmoothStep(search_.StepperOf(mode, sources_.length), start, sources_, magnitudes_, tolerance_,
                          ShareOfTolerance(sources_.length, problem_.horizon), gap);
@@ -287,7 +294,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   const double length = length_.Next(*mode_, limit - t_);
   const double share = ShareOfTolerance(length, problem_.horizon);
   const double step_end = length == limit - t_ ? limit : t_ + length;  // not beyond a break point by rounding
-  sampler_.Sample(t_, step_end, sources_);
+  Sample(*mode_, t_, step_end);
   if (!sources_.finite) return FailNonFinite();
   magnitudes_.RaiseReach(mode_->dynamics, std::max(mode_->rate, 1 / problem_.horizon), sources_.f_size);
   x_start_ = x_;
@@ -297,7 +304,6 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   const auto take = [&] {
     return TakeSmoothStep(stepper, x_start_, sources_, magnitudes_, tolerance_, share, gap_ ? &*gap_ : nullptr);
   };
-  if (NeedsSlopeOfG(*mode_, sources_, magnitudes_, tolerance_)) sampler_.SampleSlope(sources_);
   step_ = take();
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
     if (!sources_.finite) return FailNonFinite();
@@ -486,7 +492,8 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
 }
 
 // How far the time of the start is known: where N x0 + g moves through a zero that is one to rounding, the true one may
-// be a little later, and the pair only then become active or leave.
+// be a little later, and the pair only then become active or leave. If M is singular, y may jump then: its w_i came to
+// zero by the y that there were before.
 double EventDrivenLoop::ErrorOfStart() const {
   const LegendreVector at_begin = LegendreValues(-1);
   const Vector guards = ValueOf(step_.guard.values, at_begin);
@@ -500,6 +507,15 @@ double EventDrivenLoop::ErrorOfStart() const {
     const double rounding = kLcpTolerance * context_.row_size[i], speed = std::abs(speeds[i]);
     const bool is_zero = std::abs(guards[i]) <= step_.guard.noise[i];
     if (is_zero && rounding < speed * sources_.length) error = std::max(error, rounding / speed);
+  }
+  const Vector q = problem_.N * x_start_ + ValueOf(sources_.g, at_begin);
+  const auto is_at_edge = (q.array().abs() <= kLcpTolerance * context_.row_size.array()).eval();
+  const Vector y_before = is_at_edge.select(0, ValueOf(step_.y, at_begin));
+  const Vector x_slope = problem_.A * x_start_ + problem_.B * y_before + ValueOf(sources_.f, at_begin);
+  const Vector q_slope = problem_.N * x_slope + 2 / sources_.length * ValueOf(sources_.g, LegendreSlopes(at_begin));
+  for (const Index i : active) {
+    const double rounding = kLcpTolerance * context_.row_size[i], speed = std::abs(q_slope[i]);
+    if (is_at_edge[i] && rounding < speed * sources_.length) error = std::max(error, rounding / speed);
   }
   return error;
 }

@@ -66,6 +66,7 @@ class EventDrivenLoop {
   bool IsBeyondWork() const;
   Progressed FailNonFinite();
   DataSizes SizesSoFar() const;
+  void Sample(const Mode& mode, double begin, double end);
   double ErrorOfStart() const;
   bool HasDips(double s_end, double length);
   Vector SizesOfGuards(double s_end) const;

@@ -19,8 +19,6 @@ namespace {
 constexpr double kOfCoefficient = 1.0 / 8;
 // Of what a step makes of a row.
 constexpr Index kOperationsOfStep = 128;
-// The slope of a polynomial of degree K is at most K² times its largest value on [-1, 1] (Markov).
-constexpr double kOfDerivative = 2.0 * kLegendreDegree * kLegendreDegree;
 
 LegendreSeries Output(const LinearOutput& output, const ModeStepper::Solution& solution, const StepSources& sources) {
   LegendreSeries series = Apply(output.state, solution.x);
@@ -261,14 +259,6 @@ Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s) {
 EventGap GapOf(const SmoothStep& step, const StepSources& sources) {
   return {step.x_tail, sources.f_missed.cwiseAbs() + EstimateTail(sources.f),
           sources.g_missed.cwiseAbs() + EstimateTail(sources.g)};
-}
-
-bool NeedsSlopeOfG(const Mode& mode, const StepSources& sources, const Magnitudes& magnitudes, double tolerance) {
-  if (mode.guard.slope_g.size() == 0 || sources.g_is_steady) return false;
-  const Vector noise = kUlp * sources.g_size + kOfNoise * sources.g_noise;
-  const Vector of_guards = kOfDerivative / sources.length * AbsTimes(mode.guard.slope_g, noise);
-  return std::any_of(mode.active.begin(), mode.active.end(),
-                     [&](Index i) { return of_guards[i] > tolerance * magnitudes.y[i]; });
 }
 
 SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eigen::Ref<const Vector>& start,

@@ -92,10 +92,6 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
                           const StepSources& sources, const Magnitudes& magnitudes, double tolerance, double share,
                           const EventGap* gap);
 
-// Whether the slope of the polynomial of g, whose rounding is that of g over the length of the step, would leave more of
-// that in an active y than the tolerance allows: SourceSampler::SampleSlope() then has g' itself.
-bool NeedsSlopeOfG(const Mode& mode, const StepSources& sources, const Magnitudes& magnitudes, double tolerance);
-
 // The polynomials at some positions up to `s`, one a column.
 Eigen::Matrix<double, kLegendreSize, 5> LooksBefore(double s);
 

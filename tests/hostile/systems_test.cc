@@ -75,14 +75,16 @@ INSTANTIATE_TEST_SUITE_P(
                       Hard{20330, "ErrorsOfW"}, Hard{20099, "LayersOfGuards"},
                       Hard{660106, "FastStatesThatAnEventDoesNotConcern", 1e-10},
                       Hard{660189, "ModesThatAreShortInAShortTime"}, Hard{660901, "FastStatesThatYDrives"},
-                      Hard{661410, "RoundingThatCouplesBlocks", 1e-10}, Hard{660919, "FastComponentsOfPencils", 1e-7},
+                      Hard{661410, "RoundingThatCouplesBlocks", 1e-10}, Hard{660919, "FastComponentsOfPencils"},
                       Hard{641390, "LayersThatLookLikeRounding"}, Hard{662028, "NearlySingularLookAheads"},
                       Hard{641181, "ModesInOddUnits"}, Hard{641419, "ProposalsThatFallFromZero", 1e-7},
                       Hard{641990, "PencilsOfTriangularA"}, Hard{666293, "RowsOfMThatDependOnEachOther"},
                       Hard{641432, "EventsInASmallPartOfAStep"}, Hard{641922, "StatesThatGrowBehindAnEvent"},
                       Hard{667072, "LayersBelowTheRoundingOfTheirTerms"}, Hard{669346, "ReleasesBesideRatesOf1e14"},
                       Hard{669430, "PairsThatLeaveWhileOthersJump"}, Hard{691227, "FastStatesBesideASingularM"},
-                      Hard{980512, "LayersOfTheSizeOfRoundingInSlowStates", 1e-10}),
+                      Hard{980512, "LayersOfTheSizeOfRoundingInSlowStates", 1e-10},
+                      Hard{990925, "JumpsOfYAtAStartAtTheEdge"}, Hard{990128, "EventsWithinTheRoundingOfTheStart"},
+                      Hard{991670, "SlopesOfGOnShortSteps"}),
     [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
 // The M of a step is M + h N B, of 0.25 and 1e-13: three digits of N B are left, on all grids the same ones. Event
