@@ -44,16 +44,6 @@ Vector SignsLike(const Eigen::Ref<const Vector>& error, Vector otherwise) {
   return otherwise;
 }
 
-// Rounding errors of rows: parts, between a half and one, of their bounds, with signs. A fast state may be the same
-// multiple of the bounds in all rows: by signs alone, what is left of them in slow states may cancel to nothing.
-Vector PartsOfRounding(Index size, unsigned seed) {
-  Vector parts = SignsOfRounding(size, seed);
-  for (Index i = 0; i < size; ++i) {
-    parts[i] *= 0.5 + 0.5 * WeylValue(static_cast<double>(i) + 1 + seed);
-  }
-  return parts;
-}
-
 // The signs with which errors of the given sizes add most to what lasts longest of `error`; `otherwise` in rows that do
 // not add to it.
 Vector SignsThatLast(const Eigen::VectorXcd& slowest, const Vector& sizes, const Vector& error, Vector otherwise) {

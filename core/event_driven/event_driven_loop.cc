@@ -97,7 +97,6 @@ bool EventDrivenLoop::Run() {
 // much where f is a pulse: where the next break point is so near that rounding is a part of the time between them.
 // Elsewhere it would count what fast states forget at once; the example llc.cir feels it.
 void EventDrivenLoop::CountTimeOfJump(double time, double nearest) {
-  constexpr double kPart = 1e-12;
   double rounding = kUlp * time;
   const double same = kSameTime * time;
   for (auto known = std::lower_bound(uncertain_times_.begin(), uncertain_times_.end(), time - same,
@@ -105,7 +104,7 @@ void EventDrivenLoop::CountTimeOfJump(double time, double nearest) {
        known != uncertain_times_.end() && known->time <= time + same; ++known) {
     rounding = std::max(rounding, known->error);
   }
-  if (rounding < kPart * nearest) return;
+  if (rounding < kShortestStep * nearest) return;
   Vector before(problem_.num_states()), after(problem_.num_states());
   sampler_.F(time, Side::kLeft, before);
   sampler_.F(time, Side::kRight, after);

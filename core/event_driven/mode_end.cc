@@ -223,13 +223,12 @@ bool RepelledStarts::MayBe(Index pair, const LegendreVector& w, double noise) co
 }
 
 double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, double noise, double s_end) {
-  // RepelledStartsTest feels them.
-  constexpr double kStep = 0.1;  // of the time 1/rate
-  constexpr double kGrown = 40;  // of such times: rounding has grown to the size of numbers
+  constexpr double kStep = 0.1;                 // of the time 1/rate; RepelledStartsTest feels it
+  static const double grown = -std::log(kUlp);  // such times: rounding has grown to the size of numbers
   Start& start = starts_[static_cast<std::size_t>(pair)];
   double s = -1, before = w.dot(LegendreValues(s));
   if (start.age == 0) start.p = before - noise;
-  while (start.p < 0 && start.age < kGrown && s < s_end) {
+  while (start.p < 0 && start.age < grown && s < s_end) {
     const double length = std::min(kStep / rate, s_end - s), aged = rate * length;
     s += length;
     const double value = w.dot(LegendreValues(s));
@@ -237,7 +236,7 @@ double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, 
     start.age += aged;
     before = value;
   }
-  if (start.p < 0 && start.age < kGrown) return 0;
+  if (start.p < 0 && start.age < grown) return 0;
   return std::max(0.0, -std::exchange(start, {}).p);
 }
 

@@ -296,8 +296,6 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
 // derivative of its own polynomial, which was refined, has less. `x_noise`: the rounding of the states.
 void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source_noise, const SlopeOfSource& slope,
                               const Vector& x_noise, Solution& solution) const {
-  // One coefficient of a source has more than the rounding of one value. HostileSeeds feels a quarter of it.
-  constexpr double kSafety = 4;
   const double of_derivative = kLegendreDegree * kLegendreDegree / half_;
   LegendreSeries rows = Apply(mode_->F, solution.x) + source;
   Vector noise = kUlp * (mode_->F_terms * SizeOfRows(solution.x) + SizeOfRows(source)) + source_noise;
@@ -313,7 +311,7 @@ void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source
   }
   const LegendreSeries by_rows = Apply(mode_->solve_slope, rows);
   noise += kUlp * (mode_->E_terms * SizeOfRows(by_rows));
-  noise = kSafety * (AbsTimes(mode_->solve_slope, noise) + AbsTimes(mode_->dynamics, x_noise));
+  noise = AbsTimes(mode_->solve_slope, noise) + AbsTimes(mode_->dynamics, x_noise);
   for (Index i = 0; i < noise.size(); ++i) {
     if (noise[i] < solution.slope_noise[i]) {
       solution.slope.row(i) = by_rows.row(i);

@@ -29,6 +29,15 @@ inline auto SignsOfRounding(Index size, unsigned seed = 0) {
   });
 }
 
+// Rounding errors of rows: parts, between a half and one, of their bounds, with signs. By signs alone they may cancel
+// to nothing: a state that is zero stays so if each row is off by an ulp of its terms, and a fast state may be the same
+// multiple of the bounds in all rows.
+inline Vector PartsOfRounding(Index size, unsigned seed = 0) {
+  Vector parts = SignsOfRounding(size, seed);
+  for (Index i = 0; i < size; ++i) parts[i] *= 0.5 + 0.5 * WeylValue(static_cast<double>(i) + 1 + seed);
+  return parts;
+}
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_LINALG_WEYL_SEQUENCE_H_

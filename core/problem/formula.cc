@@ -77,8 +77,19 @@ double Formula::RoundingAt(double t) {
     return Enclosed().value_at_middle(static_cast<int>(analyzed_->tree.steps.size()) - 1).width() / 2;
   };
   if (has_intervals_) EnterIntervalOf(t, Side::kRight);
-  if (!is_decided_ || !varying_.empty()) return rounding_at(t);
-  // The same everywhere in the interval, and farthest from its ends surely no jump.
+  if (!is_decided_) return rounding_at(t);
+  // A jump that rounding hides at `t` is no rounding of the value. Farthest from the ends of the interval is none.
+  if (!varying_.empty()) {
+    const double rounding = rounding_at(t);
+    const auto may_jump_here = [&](int step) {
+      const FormulaOperation operation = analyzed_->tree.steps[static_cast<std::size_t>(step)].operation;
+      return MayJump(operation) && !FormulaEnclosure::IsDecided(operation, Enclosed().decider_at_middle(step));
+    };
+    const std::vector<int>& computed = Enclosed().computed();
+    return std::none_of(computed.begin(), computed.end(), may_jump_here)
+               ? rounding
+               : rounding_at(analyzed_->switching.inside[interval_]);
+  }
   if (steady_rounding_ < 0) steady_rounding_ = rounding_at(analyzed_->switching.inside[interval_]);
   return steady_rounding_;
 }

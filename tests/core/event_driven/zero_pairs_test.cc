@@ -8,6 +8,7 @@
 #include <functional>
 #include <string>
 
+#include "core/linalg/norms.h"
 #include "core/problem/verdict.h"
 #include "tests/support/solving.h"
 
@@ -74,6 +75,34 @@ INSTANTIATE_TEST_SUITE_P(Guards, ZeroPairs,
                                            StateBesideGuard("ASlowOne", "-exp(-2*t)", 20),
                                            StateBesideGuard("AForceThatTouchesZero", "-1-cos(3*t)", 10)),
                          [](const ::testing::TestParamInfo<ZeroPair>& pair) { return pair.param.name; });
+
+// Two pairs hold x at (0, sin 6t): x1 is a difference of their rows, and the errors of the rows cancel in it as their
+// terms do.
+TEST(ZeroPairsTest, AStateIsHeldAtZeroByTwoPairs) {
+  for (const double angle : {0.3, 0.7, 1.2}) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    Problem problem;
+    problem.A = Matrix::Zero(2, 2);
+    problem.M = Matrix::Zero(2, 2);
+    const auto number = [](double value) { return std::to_string(value); };
+    problem.B = Matrix{{std::stod(number(c)), std::stod(number(s))}, {-std::stod(number(s)), std::stod(number(c))}};
+    problem.N = problem.B.Dense().transpose();
+    problem.f = TimeFunction::Formulas(
+        {"-(" + number(c) + ") - (" + number(s) + ")", "6*cos(6*t) + (" + number(s) + ") - (" + number(c) + ")"});
+    problem.g = TimeFunction::Formulas({"(" + number(s) + ")*sin(6*t)", "-(" + number(c) + ")*sin(6*t)"});
+    problem.x0 = Vector{{0, 0}};
+    problem.horizon = 2;
+    for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
+      Options options;
+      options.error_tolerance = tolerance;
+      const Solution solution = testing::SolveWith(problem, options);
+      const Verdict verdict = JudgeSolution(solution);
+      EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << angle << " " << tolerance << ": " << verdict.text;
+      EXPECT_EQ(solution.method, Method::kEventDriven);
+      EXPECT_LE(MaxAbs(solution.y.array() - 1), tolerance);
+    }
+  }
+}
 
 }  // namespace
 }  // namespace dlcs

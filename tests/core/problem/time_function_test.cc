@@ -274,5 +274,43 @@ TEST(TimeFunctionTest, TheRoundingOfAGateIsThatOfItsValue) {
   }
 }
 
+// Also at the time itself, or within the rounding of it.
+TEST(TimeFunctionTest, AJumpIsNoRounding) {
+  const TimeFunction function = TimeFunction::Formulas({"3*cos(3*t)*sign(sin(3*t)) + 1"});
+  const TimeAxis axis{2, BreakPoints(function, 2)};
+  auto evaluator = TimeFunctionEvaluator::Create(function, 1, axis);
+  ASSERT_TRUE(evaluator.ok()) << evaluator.status();
+  Vector rounding(1);
+  for (const double t : {0.0, 1e-17, axis.break_points.front(), 0.5, 2.0}) {
+    evaluator->RoundingAt(t, rounding);
+    EXPECT_LT(rounding[0], 1e-14) << t;
+  }
+}
+
+// Of formulas, samples and constants, against the derivatives; not known at a jump that rounding hides.
+TEST(TimeFunctionTest, SlopesHaveTheRoundingOfTheirTerms) {
+  TimeFunction function = TimeFunction::Formulas({"exp(-2*t)*sin(5*t)", "abs(cos(3*t))", "7", "sqrt(t + 1)"});
+  const TimeAxis axis{1, BreakPoints(function, 4)};
+  auto evaluator = TimeFunctionEvaluator::Create(function, 4, axis);
+  ASSERT_TRUE(evaluator.ok()) << evaluator.status();
+  Vector slope(4), rounding(4);
+  for (const double t : {0.1, 0.4, 0.77, 1.0}) {
+    evaluator->SlopeAt(t, Side::kLeft, slope, rounding);
+    const double side = std::cos(3 * t) < 0 ? -1 : 1;
+    const Vector exact{{std::exp(-2 * t) * (5 * std::cos(5 * t) - 2 * std::sin(5 * t)), -3 * side * std::sin(3 * t), 0,
+                        0.5 / std::sqrt(t + 1)}};
+    EXPECT_LE((slope - exact).cwiseAbs().maxCoeff(), 1e-14) << t;
+    EXPECT_LE(rounding.maxCoeff(), 1e-13) << t;
+    EXPECT_TRUE(((slope - exact).array().abs() <= 2 * rounding.array() + 1e-15).all()) << t;
+  }
+  auto samples = TimeFunctionEvaluator::Create(TimeFunction::Sampled({0, 0.5, 2}, Matrix{{1, 3, 0}}), 1);
+  ASSERT_TRUE(samples.ok());
+  Vector of_samples(1), of_rounding(1);
+  samples->SlopeAt(0.5, Side::kLeft, of_samples, of_rounding);
+  EXPECT_DOUBLE_EQ(of_samples[0], 4);
+  samples->SlopeAt(0.5, Side::kRight, of_samples, of_rounding);
+  EXPECT_DOUBLE_EQ(of_samples[0], -2);
+}
+
 }  // namespace
 }  // namespace dlcs
