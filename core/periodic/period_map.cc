@@ -10,6 +10,7 @@
 #include "core/discretization/grid.h"
 #include "core/discretization/legendre.h"
 #include "core/driver/step_control.h"
+#include "core/event_driven/mode_sizes.h"
 #include "core/event_driven/rounded_data.h"
 
 namespace dlcs {
@@ -149,6 +150,11 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, const Vector& 
   if (is_first) first_ = first_.cwiseMax(solve.own);
   RaiseSizes(first_, solve);
   const ErrorsByCause& errors = result.accuracy.errors.x;
+  // Of what is rounding its own size says nothing.
+  if ((solve.own.array() <= 2 * errors.rounding.array()).any()) {
+    const Vector beside = SizesBesideOf(problem_, plan_.selection, result).of(ComponentKind::kState).size;
+    solve.size = (solve.own.array() <= 2 * errors.rounding.array()).select(solve.size.cwiseMax(beside), solve.size);
+  }
   solve.error = (errors.truncation + errors.rounding).cwiseQuotient(solve.size);
   return solve;
 }

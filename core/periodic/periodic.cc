@@ -15,6 +15,7 @@
 #include "core/event_driven/event_record.h"
 #include "core/event_driven/mode_sizes.h"
 #include "core/format_number.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 #include "core/periodic/oscillation.h"
 #include "core/periodic/period_map.h"
@@ -315,7 +316,7 @@ absl::Status Search::FollowOnePeriod(Transient& transient) {
   // What is left of a residual that shrinks by the same factor in every period.
   const double factor = residual / transient.residual;
   error_of_transient_ = std::numeric_limits<double>::infinity();
-  if (residual == 0) error_of_transient_ = 0;
+  if (residual <= RoundingOf(kRoundedUlps)) error_of_transient_ = residual;
   if (factor < 1) error_of_transient_ = residual / (1 - factor);
   transient = {current_.solve.end, current_.solve.y_end, current_.solve.period, residual, IsNear()};
   return absl::OkStatus();

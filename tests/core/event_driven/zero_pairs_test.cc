@@ -68,6 +68,7 @@ INSTANTIATE_TEST_SUITE_P(Guards, ZeroPairs,
                                            PairBesideGuard("ADecayingWave", "exp(-20*t)*(1.5+cos(9*t))", 3),
                                            PairBesideGuard("AGuardThatTouchesZero", "1+sin(pi*t)", 10),
                                            PairBesideGuard("AFourthPower", "(t-0.7)**4", 3),
+                                           PairBesideGuard("AGuardThatStaysAtZero", "max(0,1-t)", 2),
                                            ZeroPair{"OtherUnits", 0, 1e9, "0", "1e9*exp(-5*t)", 1, 9, Decay},
                                            PairBesideGuard("SmallUnits", "1e-9*exp(-5*t)", 9),
                                            ZeroPair{"WithFeedback", 1, 1, "0", "exp(-3*t)", 0, 10, Zero},
@@ -75,6 +76,27 @@ INSTANTIATE_TEST_SUITE_P(Guards, ZeroPairs,
                                            StateBesideGuard("ASlowOne", "-exp(-2*t)", 20),
                                            StateBesideGuard("AForceThatTouchesZero", "-1-cos(3*t)", 10)),
                          [](const ::testing::TestParamInfo<ZeroPair>& pair) { return pair.param.name; });
+
+// w = max(0, 1 - t) is a difference of x and g, and stays at zero with the errors of x.
+TEST(ZeroPairsTest, AGuardIsZeroBesideY) {
+  Problem problem;
+  problem.A = Matrix{{-1}};
+  problem.B = Matrix{{-1}};
+  problem.N = Matrix{{1}};
+  problem.M = Matrix{{1}};
+  problem.f = TimeFunction::Formulas({"cos(2.44*t) - 2.44*sin(2.44*t)"});
+  problem.g = TimeFunction::Formulas({"max(0, 1-t) - cos(2.44*t)"});
+  problem.x0 = Vector{{1}};
+  problem.horizon = 2;
+  for (const double tolerance : {1e-4, 1e-6, 1e-7, 1e-9}) {
+    Options options;
+    options.error_tolerance = tolerance;
+    const Solution solution = testing::SolveWith(problem, options);
+    const Verdict verdict = JudgeSolution(solution);
+    EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << tolerance << ": " << verdict.text;
+    EXPECT_LE(MaxAbs(solution.y), 1e-14);
+  }
+}
 
 // Two pairs hold x at (0, sin 6t): x1 is a difference of their rows, and the errors of the rows cancel in it as their
 // terms do.

@@ -142,6 +142,25 @@ TEST(PeriodicTest, WhatGrowsWithoutBoundsIsNotPeriodic) {
   EXPECT_GT(MaxAbs(solution.x.rightCols(1) - solution.x.leftCols(1)), 0.1);
 }
 
+// y holds x at zero, so that x(0) is rounding, of which its own size says nothing.
+TEST(PeriodicTest, AStateMayBeHeldAtZero) {
+  const auto held = [](double a, double b, double M, const char* y) {
+    const std::string of_y = std::string("*(") + y + ")";
+    return System(Matrix{{a}}, Matrix{{b}}, Matrix{{b}}, Matrix{{M}},
+                  TimeFunction::Formulas({std::to_string(-b) + of_y}),
+                  TimeFunction::Formulas({std::to_string(-M) + of_y}), Vector{{0.0}}, 1);
+  };
+  for (const Problem& problem :
+       {held(-1, 1, 0.01, "1 + sin(2*pi*t)"), held(-0.25, 0.5, 10, "exp(3*sin(2*pi*t + 4.84))"),
+        held(-1, 1, 0.01, "max(0, sin(2*pi*t))")}) {
+    const Solution solution = Periodic(problem, 1, 1e-7);
+    const Verdict verdict = JudgeSolution(solution);
+    EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << verdict.text << " " << solution.message;
+    EXPECT_LE(MaxAbs(solution.x), 1e-12);
+    EXPECT_LE(solution.periodic->periods, 12);
+  }
+}
+
 // The multiplier of x' = a x + sin t is e^{2πa}.
 TEST(PeriodicTest, StabilityIsKnownUpToTheErrorOfTheMultipliers) {
   const auto judged = [](double a) {

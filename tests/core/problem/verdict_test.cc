@@ -47,6 +47,12 @@ TEST(VerdictTest, IsSolvedWithinWhatWasAskedForOnly) {
   EXPECT_EQ(within.kind, VerdictKind::kSolved);
   EXPECT_TRUE(within.success);
   EXPECT_EQ(within.text, "SOLVED within an error of 1e-06, estimated error 1e-07");
+  // Of methods that compare x alone.
+  Solution of_x = Reached(AccuracySource::kControlled, 1e-7, 1e-6);
+  of_x.accuracy.errors.x = {Vector{{1}}, Vector{{1e-7}}, Vector{{0}}};
+  const Verdict of_x_alone = JudgeSolution(of_x);
+  EXPECT_EQ(of_x_alone.text, "SOLVED within an error of 1e-06 of x, estimated error 1e-07");
+  EXPECT_THAT(of_x_alone.notes, ElementsAre(HasSubstr("y and w are not estimated")));
   // Steps that were given are never solved within anything.
   const Verdict given = JudgeSolution(Reached(AccuracySource::kCompared, 1e-15, 0));
   EXPECT_EQ(given.kind, VerdictKind::kErrorEstimated);
