@@ -349,12 +349,13 @@ TrajectoryErrors ErrorGrowth::Errors(const Magnitudes& sizes) const {
   };
   TrajectoryErrors errors{by_cause(sizes.x, x_), by_cause(sizes.y, y_), by_cause(sizes.w, w_),
                           by_cause(sizes.outputs, outputs_)};
-  // y_i and w_i are the two sides of one number, and an ulp of it is one of either; what is exactly zero remains so.
+  // y_i and w_i are the two sides of one number, of which one that is always zero has an ulp. What is exactly zero
+  // remains so.
   for (Index i = 0; i < sizes.y.size(); ++i) {
     const double M = problem_.M.Dense()(i, i);
     if (!(M > 0)) continue;
-    if (errors.y.truncation[i] > 0) errors.y.rounding[i] += kUlp * sizes.w[i] / M;
-    if (errors.w.truncation[i] > 0) errors.w.rounding[i] += kUlp * sizes.y[i] * M;
+    if (sizes.y[i] == 0 && errors.y.truncation[i] > 0) errors.y.rounding[i] += kUlp * sizes.w[i] / M;
+    if (sizes.w[i] == 0 && errors.w.truncation[i] > 0) errors.w.rounding[i] += kUlp * sizes.y[i] * M;
   }
   return errors;
 }

@@ -150,16 +150,17 @@ void StepErrors::OfStates() {
   // The rounding error of a coefficient is less than so many times what one more correction changes.
   constexpr double kOfShown = 8;
   const auto is_stiff = solution_.stiffness.array() > ModeStepper::Solution::kForgets;
-  // Rounding as the equations respond to it: with pseudo-random signs, which may cancel in a guard by chance, and once
-  // more with one sign.
+  // Rounding as the equations respond to it: with pseudo-random signs, which may cancel in a guard by chance, once more
+  // with one sign, and, since both may cancel as the terms of a state do that is zero, with parts of the bounds.
   const Index m = x_size_.size();
   const Vector signs = SignsOfRounding(m), parts = PartsOfRounding(m);
-  Matrix start(m, 2), source(m, 2);
-  start << signs.cwiseProduct(x_size_), x_size_;
-  source << parts.cwiseProduct(rows_size_), parts.cwiseAbs().cwiseProduct(rows_size_);
+  Matrix start(m, 3), source(m, 3);
+  start << signs.cwiseProduct(x_size_), x_size_, parts.cwiseProduct(x_size_);
+  source << signs.cwiseProduct(rows_size_), rows_size_, parts.cwiseProduct(rows_size_);
   constexpr Index kLooks = ModeStepper::kLooks;
   of_rounding_ = RoundingOf(kOperationsOfStep) * step_.stepper->RespondAtLooks(start, source);
-  step_.x_rounding = RoundingOf(kOperationsOfStep) * x_size_ + RowMaxAbs(of_rounding_);
+  step_.x_rounding = RoundingOf(kOperationsOfStep) * x_size_ +
+                     RowMaxAbs(of_rounding_.leftCols(kLooks)).cwiseMax(RowMaxAbs(of_rounding_.rightCols(kLooks)));
   step_.rounding_at_end = of_rounding_(Eigen::all, Eigen::seqN(kLooks - 1, 2, kLooks));
   step_.x_noise = is_stiff.select(step_.x_rounding + magnitudes_.x_noise, step_.x_rounding);
   // That is an upper bound, with which a stiff row may hide a boundary layer: what rounding there is shows.
