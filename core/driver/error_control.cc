@@ -115,7 +115,7 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
       .horizon = task.problem.horizon,
       .break_points = BreakPoints(task.problem),
       .expected_order = ExpectedOrder(task),
-      .event_driven_serves = !impacts,
+      .event_driven_serves = !impacts && !task.follows_event_driven,
       .nodes_compared = NodesCompared(task),
       .trials = {
           .solve = [&task, &observer](const Grid& grid) { return SolveOnGrid(task, grid, observer); },
