@@ -74,9 +74,9 @@ struct SumOfSizes {
 // sample. Where steps are others, so are the samples.
 constexpr double kOfSamples = 2;
 
-bool IsRounding(const ErrorsByCause& errors, Index i) { return errors.own[i] <= kOfSamples * errors.rounding[i]; }
-
 }  // namespace
+
+bool IsRounding(const ErrorsByCause& errors, Index i) { return errors.own[i] <= kOfSamples * errors.rounding[i]; }
 
 SizesBeside OwnSizes(const ErrorsByCause& errors, ComponentKind kind) {
   SizesBeside sizes{errors.own, {}};

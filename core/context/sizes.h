@@ -51,6 +51,9 @@
 
 namespace dlcs {
 
+// Whether component i is no larger than its rounding, of which samples are known.
+bool IsRounding(const ErrorsByCause& errors, Index i);
+
 // The sizes R of the components of one kind. `beside` is the component whose size decides it, maybe itself; absent
 // where sources do.
 struct SizesBeside {

@@ -26,6 +26,14 @@ Vector Beyond(const Vector& values, const Vector& noise) {
       noise, [](double value, double of_noise) { return std::copysign(NanMax(0, std::abs(value) - of_noise), value); });
 }
 
+// The time of a node on [begin, end].
+double TimeOfNode(Index node, double begin, double end) {
+  return node == kLegendreDegree ? end : begin + (end - begin) * (1 + GetLegendreBasis().nodes[node]) / 2;
+}
+
+// Times are rounded, and move the value of a source by that times its slope.
+double RoundingOfTimes(double begin, double end) { return RoundingOf(2) * std::max(std::abs(begin), std::abs(end)); }
+
 void AddSampleTimes(const TimeFunction& function, double horizon, std::vector<double>& times) {
   for (std::size_t k = 0; k < function.pieces.size(); ++k) {
     const auto* samples = std::get_if<SampledFunction>(&function.pieces[k].function);
@@ -52,8 +60,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   step.check_s = kCheckPosition;
   step.g_slope.resize(0, kLegendreSize);
   static const LegendreVector at_check_position = LegendreValues(kCheckPosition);
-  // t is rounded, and moves the value of a source by that times its slope.
-  const double time_rounding = RoundingOf(2) * std::max(std::abs(begin), std::abs(end));
+  const double time_rounding = RoundingOfTimes(begin, end);
   const auto sample = [&](Index size, bool is_steady, const auto& evaluate, const auto& rounding_at,
                           LegendreSeries& series, Vector& largest, Vector& noise, Vector& at_check, Vector& missed,
                           Vector& misfit) {
@@ -73,7 +80,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     }
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
-      const double t = j == kLegendreDegree ? end : begin + length * (1 + basis.nodes[j]) / 2;
+      const double t = TimeOfNode(j, begin, end);
       // A node next to an end may be rounded to it.
       evaluate(t, basis.nodes[j] < 0 ? Side::kRight : Side::kLeft, values_.col(j));
     }
@@ -116,15 +123,13 @@ void SourceSampler::SampleSlope(StepSources& step) {
   step.g_slope_noise.setZero(size);
   for (Index j = 0; j < kLegendreSize; ++j) {
     const Side side = basis.nodes[j] < 0 ? Side::kRight : Side::kLeft;
-    const double t = j == kLegendreDegree ? end : step.begin + step.length * (1 + basis.nodes[j]) / 2;
-    sources_.SlopeOfG(Beside(t, side), side, values_.col(j), rounding_);
+    sources_.SlopeOfG(Beside(TimeOfNode(j, step.begin, end), side), side, values_.col(j), rounding_);
     step.g_slope_noise = step.g_slope_noise.cwiseMax(rounding_);
   }
   step.g_slope = InterpolateAtNodes(values_);
-  const double time_rounding = RoundingOf(2) * std::max(std::abs(step.begin), std::abs(end));
   slope_ = 2 / step.length * DerivativeOf(step.g_slope);
   step.g_slope_noise += RoundingOf(kOperations) * RowMaxAbs(values_) +
-                        2 * time_rounding * slope_.cwiseAbs().rowwise().sum();
+                        2 * RoundingOfTimes(step.begin, end) * slope_.cwiseAbs().rowwise().sum();
 }
 
 Sources::NonFinite SourceSampler::WhyNonFinite(const StepSources& step) {

@@ -344,18 +344,11 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
 
 // Whether a shorter step has less of what RatioOfDips() shows. What did not fall with the length is not the step's.
 bool EventDrivenLoop::HasDips(double s_end, double length) {
-  const double ratio = RatioOfDips(problem_, step_, magnitudes_, SizesOfGuards(s_end), tolerance_, s_end, length,
-                                   length_.ShortestMode(t_, mode_));
+  const double ratio =
+      RatioOfDips(problem_, step_, magnitudes_, tolerance_, s_end, length, length_.ShortestMode(t_, mode_));
   if (!(ratio > 1 && ratio < std::exchange(dips_, ratio))) return false;
   step_.error_ratio = ratio;
   return true;
-}
-
-// The largest values of the guards so far, up to `s_end` of the step.
-Vector EventDrivenLoop::SizesOfGuards(double s_end) const {
-  Vector sizes = RowMaxAbs(Matrix(step_.guard.values.lazyProduct(LooksBefore(s_end)))).cwiseMax(magnitudes_.w);
-  for (const Index i : mode_->active) sizes[i] = std::max(sizes[i], magnitudes_.y[i]);
-  return sizes;
 }
 
 // Whether what the step is off by at an event inside it is no more than the share of the tolerance that its length has
@@ -454,8 +447,8 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
   const ErrorGrowth::ByCause of_state = errors_.InGuards(*mode_);
-  ErrorGrowth::OverlookedByCause overlooked = OverlookedEvents(problem_, step_, of_state, SizesOfGuards(s_end), s_end,
-                                                               end - t_, length_.ShortestMode(t_, mode_), repelled_);
+  ErrorGrowth::OverlookedByCause overlooked = OverlookedEvents(problem_, step_, of_state, magnitudes_, s_end, end - t_,
+                                                               length_.ShortestMode(t_, mode_), repelled_);
   relay_jumps_.AddTo(step_, of_state, s_end, t_ == mode_begin_, guard, overlooked);
   // Where x was close to constraints that should not hold yet, its projection onto them is an error.
   const Vector moved = (errors_.Unexplained(x_start_ - x_) - magnitudes_.x_noise).cwiseMax(0);
@@ -501,20 +494,21 @@ double EventDrivenLoop::ErrorOfStart() const {
   Vector of_y = Vector::Zero(slopes.size()), speeds = slopes;
   of_y(active) = slopes(active);
   speeds(active) = Vector(problem_.M * of_y)(active);
+  const Vector rounding = kLcpTolerance * context_.row_size;
   double error = 0;
+  const auto raise = [&](Index i, double speed) {
+    if (rounding[i] < speed * sources_.length) error = std::max(error, rounding[i] / speed);
+  };
   for (Index i = 0; i < guards.size(); ++i) {
-    const double rounding = kLcpTolerance * context_.row_size[i], speed = std::abs(speeds[i]);
-    const bool is_zero = std::abs(guards[i]) <= step_.guard.noise[i];
-    if (is_zero && rounding < speed * sources_.length) error = std::max(error, rounding / speed);
+    if (std::abs(guards[i]) <= step_.guard.noise[i]) raise(i, std::abs(speeds[i]));
   }
   const Vector q = problem_.N * x_start_ + ValueOf(sources_.g, at_begin);
-  const auto is_at_edge = (q.array().abs() <= kLcpTolerance * context_.row_size.array()).eval();
+  const auto is_at_edge = (q.array().abs() <= rounding.array()).eval();
   const Vector y_before = is_at_edge.select(0, ValueOf(step_.y, at_begin));
   const Vector x_slope = problem_.A * x_start_ + problem_.B * y_before + ValueOf(sources_.f, at_begin);
   const Vector q_slope = problem_.N * x_slope + 2 / sources_.length * ValueOf(sources_.g, LegendreSlopes(at_begin));
   for (const Index i : active) {
-    const double rounding = kLcpTolerance * context_.row_size[i], speed = std::abs(q_slope[i]);
-    if (is_at_edge[i] && rounding < speed * sources_.length) error = std::max(error, rounding / speed);
+    if (is_at_edge[i]) raise(i, std::abs(q_slope[i]));
   }
   return error;
 }

@@ -69,7 +69,6 @@ class EventDrivenLoop {
   void Sample(const Mode& mode, double begin, double end);
   double ErrorOfStart() const;
   bool HasDips(double s_end, double length);
-  Vector SizesOfGuards(double s_end) const;
   void MeasureOutputs(double s_end);
   void NoteInterval(double end, const Mode* mode);
   void Record(const EventOutput::SmoothInterval& interval);

@@ -34,14 +34,21 @@ double ValueAtBegin(const SmoothStep& step, Index guard) {
   return step.guard.values.row(guard).dot(LegendreValues(-1));
 }
 
+// The largest value of the guard before the step.
+double SizeOfGuard(const Magnitudes& magnitudes, Index guard, bool is_active) {
+  return is_active ? magnitudes.y[guard] : magnitudes.w[guard];
+}
+
 struct DipsByCause {
   Dip truncation, rounding;
+  double ulp = 0;  // of the largest value of the guard so far
 };
 
 // The part of a guard that is below zero but above its level, or that may be: where the guard comes nearer to zero than
 // its error, an event may have been missed. What is no deeper than rounding is rounding, the rest truncation. y and w
-// of a pair are the two sides of one number, so that an ulp of its size `own` is rounding too.
-DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double own,
+// of a pair are the two sides of one number, so that an ulp of its size is rounding too; `so_far`: that before the
+// step.
+DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double so_far,
                       double s_end) {
   const LegendreVector series = step.guard.values.row(guard).transpose();
   const double noise = step.guard.noise[guard];
@@ -61,12 +68,14 @@ DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::By
   };
   const double rounding = of_state.rounding[guard];
   const Dip both = near_zero(error);
+  if (both.depth == 0) return {};
   Dip of_rounding = near_zero(rounding);
   constexpr double kMostNoise = 4;  // of which a guard has at most so many times as much; HostileSeeds feels it
   const double most = std::max(rounding, kMostNoise * noise);
   if (of_rounding.depth > most) of_rounding = {most, of_rounding.mean * most / of_rounding.depth};
-  if (both.depth <= kUlp * own) of_rounding = both;
-  return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding};
+  const double ulp = kUlp * std::max(so_far, MaxAbs(LooksBefore(s_end).transpose() * series));
+  if (both.depth <= ulp) of_rounding = both;
+  return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding, ulp};
 }
 
 // The ends of a step that are events of a guard.
@@ -270,8 +279,9 @@ void RelayJumps::AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_st
 }
 
 ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
-                                                const ErrorGrowth::ByCause& of_state, const Vector& own, double s_end,
-                                                double duration, double shortest, RepelledStarts& repelled) {
+                                                const ErrorGrowth::ByCause& of_state, const Magnitudes& magnitudes,
+                                                double s_end, double duration, double shortest,
+                                                RepelledStarts& repelled) {
   const Mode& mode = step.stepper->mode();
   const Vector no_state = Vector::Zero(problem.num_states());
   const ErrorGrowth::Overlooked nothing{no_state, no_state, Vector::Zero(problem.num_constraints())};
@@ -289,7 +299,7 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
       overlooked.truncation.x += repelled_by;
       overlooked.with_signs.x += repelled_by;
     }
-    const DipsByCause dips = MissedDip(step, i, of_state, own[i], s_end);
+    const DipsByCause dips = MissedDip(step, i, of_state, SizeOfGuard(magnitudes, i, is_active), s_end);
     const Vector of_y = problem.B.Dense().col(i);
     const auto add = [&](const Dip& dip, const Vector& signs, ErrorGrowth::Overlooked& to) {
       AddDip(problem, {i, is_active, duration, shortest}, dip, signs, to);
@@ -307,26 +317,23 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
   return overlooked;
 }
 
-double RatioOfDips(const Problem& problem, const SmoothStep& step, const Magnitudes& magnitudes, const Vector& own,
-                   double tolerance, double s_end, double duration, double shortest) {
+double RatioOfDips(const Problem& problem, const SmoothStep& step, const Magnitudes& magnitudes, double tolerance,
+                   double s_end, double duration, double shortest) {
   const std::vector<Index>& active = step.stepper->mode().active;
-  const Vector no_error = Vector::Zero(own.size());
+  const Vector no_error = Vector::Zero(problem.num_constraints()), no_state = Vector::Zero(problem.num_states());
+  const ErrorGrowth::ByCause of_state{no_error, no_error};
   double ratio = 0;
-  for (Index i = 0; i < own.size(); ++i) {
-    const Dip dip = MissedDip(step, i, {no_error, no_error}, own[i], s_end).truncation;
-    if (dip.depth == 0) continue;
-    ErrorGrowth::Overlooked of{Vector::Zero(problem.num_states()), Vector::Zero(problem.num_states()), no_error};
+  for (Index i = 0; i < no_error.size(); ++i) {
     const bool is_active = std::binary_search(active.begin(), active.end(), i);
+    const DipsByCause dips = MissedDip(step, i, of_state, SizeOfGuard(magnitudes, i, is_active), s_end);
+    const Dip& dip = dips.truncation;
+    if (dip.depth == 0) continue;
+    ErrorGrowth::Overlooked of{no_state, no_state, no_error};
     AddDip(problem, {i, is_active, duration, shortest}, dip, problem.B.Dense().col(i).cwiseAbs(), of);
-    const auto ratio_of = [tolerance](const Vector& error, const Vector& size) {
-      double largest = 0;
-      for (Index j = 0; j < error.size(); ++j)
-        if (error[j] > 0) largest = NanMax(largest, error[j] / (tolerance * size[j]));
-      return largest;
-    };
     const double of_errors =
-        NanMax(ratio_of(of.x + duration * of.slope, magnitudes.x.cwiseMax(step.x_size)), ratio_of(of.y, magnitudes.y));
-    const double of_rounding = dip.depth / std::max(kUlp * own[i], step.guard.noise[i]);
+        NanMax(LargestRatio(of.x + duration * of.slope, tolerance * magnitudes.x.cwiseMax(step.x_size)),
+               LargestRatio(of.y, tolerance * magnitudes.y));
+    const double of_rounding = dip.depth / std::max(dips.ulp, step.guard.noise[i]);
     ratio = NanMax(ratio, std::min(of_errors, of_rounding));
   }
   return ratio;

@@ -63,17 +63,17 @@ class RepelledStarts {
 // < 0 should have made its pair active: y_i would be about w_i / M_ii; where M_ii = 0, y_i would have kept x on the
 // constraint. If a constraint should have been released earlier, the error of x is what its y causes until then, at
 // most over `duration`; for a fast state, it is the value to which the state settles. What lasts less than `shortest`
-// is within the error of the times of events. `own`: the largest values of the guards so far. `repelled`: of the steps
-// before.
+// is within the error of the times of events. `magnitudes` and `repelled`: of the steps before.
 ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
-                                                const ErrorGrowth::ByCause& of_state, const Vector& own, double s_end,
-                                                double duration, double shortest, RepelledStarts& repelled);
+                                                const ErrorGrowth::ByCause& of_state, const Magnitudes& magnitudes,
+                                                double s_end, double duration, double shortest,
+                                                RepelledStarts& repelled);
 
 // What the dips below zero of polynomials make of x and y, relative to what is allowed of them, or relative to rounding
 // where that is more. A shorter step has less of them where the ratio is above 1. A y_i that is zero so far may be
 // allowed nothing else. The arguments are those of OverlookedEvents().
-double RatioOfDips(const Problem& problem, const SmoothStep& step, const Magnitudes& magnitudes, const Vector& own,
-                   double tolerance, double s_end, double duration, double shortest);
+double RatioOfDips(const Problem& problem, const SmoothStep& step, const Magnitudes& magnitudes, double tolerance,
+                   double s_end, double duration, double shortest);
 
 // Pairs whose y_i moves w_i neither at once nor through x, as those of a relay: other y jump where their guard passes
 // zero. So x' is off by that jump for as long as the guard is nearer to zero than its error.

@@ -299,15 +299,15 @@ void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source
   const double of_derivative = kLegendreDegree * kLegendreDegree / half_;
   LegendreSeries rows = Apply(mode_->F, solution.x) + source;
   Vector noise = kUlp * (mode_->F_terms * SizeOfRows(solution.x) + SizeOfRows(source)) + source_noise;
-  for (Index i = rows.rows() - mode_->num_algebraic; i < rows.rows(); ++i) {
-    rows.row(i) = -1 / half_ * DerivativeOf(LegendreVector(source.row(i))).transpose();
-    noise[i] = of_derivative * (kUlp * source.row(i).cwiseAbs().sum() + source_noise[i]);
-  }
   const Index first = rows.rows() - mode_->num_algebraic;
-  for (Index p = 0; p < slope.noise.size(); ++p) {
-    if (!(slope.noise[p] < noise[first + p])) continue;
-    rows.row(first + p) = -slope.values.row(p);
-    noise[first + p] = slope.noise[p];
+  for (Index i = first; i < rows.rows(); ++i) {
+    noise[i] = of_derivative * (kUlp * source.row(i).cwiseAbs().sum() + source_noise[i]);
+    if (slope.noise.size() > 0 && slope.noise[i - first] < noise[i]) {
+      rows.row(i) = -slope.values.row(i - first);
+      noise[i] = slope.noise[i - first];
+    } else {
+      rows.row(i) = -1 / half_ * DerivativeOf(LegendreVector(source.row(i))).transpose();
+    }
   }
   const LegendreSeries by_rows = Apply(mode_->solve_slope, rows);
   noise += kUlp * (mode_->E_terms * SizeOfRows(by_rows));

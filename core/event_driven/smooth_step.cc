@@ -44,12 +44,6 @@ Vector InRows(const Mode& mode, const Vector& f, const Vector& g) {
   return rows;
 }
 
-double LargestRatio(const Vector& error, const Vector& allowed) {
-  double largest = 0;
-  for (Index i = 0; i < error.size(); ++i) largest = NanMax(largest, error[i] == 0 ? 0 : error[i] / allowed[i]);
-  return largest;
-}
-
 // What is allowed of x and the guards.
 struct Allowed {
   Vector x;

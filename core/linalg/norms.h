@@ -19,6 +19,13 @@ inline Vector NanMax(const Vector& a, const Vector& b) {
   return a.binaryExpr(b, [](double of_a, double of_b) { return NanMax(of_a, of_b); });
 }
 
+// The largest error[i] / allowed[i], where an error of zero has the ratio zero.
+inline double LargestRatio(const Vector& error, const Vector& allowed) {
+  double largest = 0;
+  for (Index i = 0; i < error.size(); ++i) largest = NanMax(largest, error[i] == 0 ? 0 : error[i] / allowed[i]);
+  return largest;
+}
+
 // max |entry| of `rows` × `cols` numbers, columns of which are `stride` apart; 0 where there are none, NaN if any is
 // NaN.
 double MaxAbsOfColumns(const double* values, Index rows, Index cols, Index stride);

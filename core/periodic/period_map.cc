@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
+#include "core/context/sizes.h"
 #include "core/discretization/grid.h"
 #include "core/discretization/legendre.h"
 #include "core/driver/step_control.h"
@@ -151,9 +153,11 @@ absl::StatusOr<PeriodSolve> PeriodMap::Solve(const Vector& start, const Vector& 
   RaiseSizes(first_, solve);
   const ErrorsByCause& errors = result.accuracy.errors.x;
   // Of what is rounding its own size says nothing.
-  if ((solve.own.array() <= 2 * errors.rounding.array()).any()) {
-    const Vector beside = SizesBesideOf(problem_, plan_.selection, result).of(ComponentKind::kState).size;
-    solve.size = (solve.own.array() <= 2 * errors.rounding.array()).select(solve.size.cwiseMax(beside), solve.size);
+  std::optional<Vector> beside;
+  for (Index i = 0; i < errors.size(); ++i) {
+    if (!IsRounding(errors, i)) continue;
+    if (!beside) beside = SizesBesideOf(problem_, plan_.selection, result).of(ComponentKind::kState).size;
+    solve.size[i] = std::max(solve.size[i], (*beside)[i]);
   }
   solve.error = (errors.truncation + errors.rounding).cwiseQuotient(solve.size);
   return solve;

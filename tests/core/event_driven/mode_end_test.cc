@@ -255,7 +255,7 @@ class OverlookedTest : public ::testing::Test {
                                     double of_rounding = 0) const {
     RepelledStarts repelled(1);
     return OverlookedEvents(problem_, step, {Vector::Constant(1, of_truncation), Vector::Constant(1, of_rounding)},
-                            Vector::Zero(1), s_end, kDuration, 1e-9, repelled);
+                            Magnitudes(problem_, {}, 1), s_end, kDuration, 1e-9, repelled);
   }
   static bool IsNothing(const ErrorGrowth::Overlooked& of) {
     return of.slope.isZero(0) && of.x.isZero(0) && of.y.isZero(0);
