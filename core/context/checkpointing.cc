@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
-#include "core/context/solve_context.h"
 #include "core/parallel/team.h"
 
 namespace dlcs {
@@ -63,7 +63,7 @@ void CarryContext(StateArchive& state, Index version, SolveContext& context) {
   Index recorded = context.recorder.recorded();
   bool has_steps = !context.certificate.empty();
   state(certificate, rows, has_steps, recorded, solution.cost, solution.jumps, solution.left_limits, solution.warnings,
-        solution.dense_output, solution.kernel, context.first_impulse);
+        solution.dense_output, solution.kernel, context.impulses.first);
   if (context.limit_watch) state(solution.reached_limits);
   if (version > kOldestVersion) {
     state(rows.x_largest, rows.y_largest, rows.w_largest);
@@ -90,10 +90,12 @@ void CarryLastColumn(StateArchive& state, SolveContext& context) {
 
 }  // namespace
 
-bool Checkpointing::Resume(SolveContext& context, const CarryMethod& carry) {
-  if (!resumes()) return true;
-  refused_ = true;  // until all of it is found to fit
-  StateArchive state(resume_->state);
+bool ResumeFromCheckpoint(SolveContext& context, const CarryMethod& carry) {
+  CheckpointRecord& checkpoints = context.checkpoints;
+  if (!checkpoints.resume) return true;
+  checkpoints.refused = true;  // until all of it is found to fit
+  const ResumePoint& earlier = *checkpoints.resume;
+  StateArchive state(earlier.state);
   std::vector<Index> fingerprint;
   double seconds = 0;
   state(fingerprint, seconds);
@@ -103,31 +105,30 @@ bool Checkpointing::Resume(SolveContext& context, const CarryMethod& carry) {
   if (version < kOldestVersion || fingerprint != Fingerprint(context)) return false;
   CarryContext(state, version, context);
   const Index recorded = context.recorder.recorded();
-  parted_ = std::max<Index>(recorded - 1, 0);
-  const ResumePoint& earlier = *resume_;
+  const Index parted = checkpoints.parted = std::max<Index>(recorded - 1, 0);
   Solution& solution = context.solution;
-  const bool fits = state.ok() && recorded <= solution.x.cols() && earlier.x.cols() >= parted_ &&
-                    earlier.y.cols() >= parted_ && earlier.w.cols() >= parted_ &&
-                    earlier.x.rows() == solution.x.rows() && earlier.y.rows() == solution.y.rows() &&
-                    earlier.w.rows() == solution.w.rows();
+  const bool fits = state.ok() && recorded <= solution.x.cols() && earlier.x.cols() >= parted &&
+                    earlier.y.cols() >= parted && earlier.w.cols() >= parted && earlier.x.rows() == solution.x.rows() &&
+                    earlier.y.rows() == solution.y.rows() && earlier.w.rows() == solution.w.rows();
   if (!fits) return false;
   for (Index k = 0; k < recorded; ++k) solution.times[k] = context.grid.times[context.grid.output_nodes[k]];
-  solution.x.leftCols(parted_) = earlier.x.leftCols(parted_);
-  solution.y.leftCols(parted_) = earlier.y.leftCols(parted_);
-  solution.w.leftCols(parted_) = earlier.w.leftCols(parted_);
+  solution.x.leftCols(parted) = earlier.x.leftCols(parted);
+  solution.y.leftCols(parted) = earlier.y.leftCols(parted);
+  solution.w.leftCols(parted) = earlier.w.leftCols(parted);
   CarryLastColumn(state, context);
   carry(state);
-  resumed_ = state.at_end();
-  refused_ = !resumed_;
+  checkpoints.resumed = state.at_end();
+  checkpoints.refused = !checkpoints.resumed;
   // Seconds count those of all attempts.
   context.started -=
       std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
-  return resumed_;
+  return checkpoints.resumed;
 }
 
-void Checkpointing::Offer(SolveContext& context, double time, const CarryMethod& carry) {
+void OfferCheckpoint(SolveContext& context, double time, const CarryMethod& carry) {
+  CheckpointRecord& checkpoints = context.checkpoints;
   // The clocks of a team differ.
-  if (!makes_ || !Team::Current().Any(context.observer.WantsCheckpoint())) return;
+  if (!checkpoints.makes || !Team::Current().Any(context.observer.WantsCheckpoint())) return;
   const Index stands = std::max<Index>(context.recorder.recorded() - 1, 0);
   const auto make_state = [&context, &carry] {
     StateArchive state;
@@ -139,13 +140,13 @@ void Checkpointing::Offer(SolveContext& context, double time, const CarryMethod&
     carry(state);
     return state.Take();
   };
+  const Index first = std::exchange(checkpoints.parted, stands);
   context.observer.OnCheckpoint(
-      {.time = time, .solution = context.solution, .first = parted_, .count = stands - parted_, .state = make_state});
-  parted_ = stands;
+      {.time = time, .solution = context.solution, .first = first, .count = stands - first, .state = make_state});
 }
 
-absl::Status Checkpointing::status(bool stopped) const {
-  if (!resumes() || resumed_ || (stopped && !refused_)) return absl::OkStatus();
+absl::Status ResumeStatus(const CheckpointRecord& checkpoints, bool stopped) {
+  if (!checkpoints.resume || checkpoints.resumed || (stopped && !checkpoints.refused)) return absl::OkStatus();
   return absl::InvalidArgumentError("resume: the state is not one of this problem with these options and this version");
 }
 

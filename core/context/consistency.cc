@@ -18,14 +18,14 @@
 namespace dlcs {
 namespace {
 
-// Raises context.row_size to what w is summed from at the start of a smooth interval; the first time also to what |g|
-// comes to on [0, T], seen at its kinks and, where it has formulas, at ProbeTimes(). What is not finite there is seen
-// by the steps.
+// Raises context.starts.row_size to what w is summed from at the start of a smooth interval; the first time also to
+// what |g| comes to on [0, T], seen at its kinks and, where it has formulas, at ProbeTimes(). What is not finite there
+// is seen by the steps.
 void RaiseRowSize(SolveContext& context, const Eigen::Ref<const Vector>& g, const Eigen::Ref<const Vector>& x,
                   const Eigen::Ref<const Vector>& y) {
   constexpr std::size_t kMaxKinks = 256;
   const Problem& problem = context.problem;
-  Vector& size = context.row_size;
+  Vector& size = context.starts.row_size;
   const auto raise = [](const Vector& terms, Vector& largest) {
     for (Index i = 0; i < terms.size(); ++i) {
       if (std::isfinite(terms[i])) largest[i] = std::max(largest[i], terms[i]);
@@ -115,10 +115,10 @@ LcpStatus HasSolution(SolveContext& context, const Vector& q, const Vector& tole
     if (!q.allFinite()) return LcpStatus::kNonFinite;
     return (q.array() >= -tolerance.array()).all() ? LcpStatus::kSolved : LcpStatus::kInfeasible;
   }
-  context.last_basis.resize(static_cast<std::size_t>(q.size()), 0);
+  context.starts.last_basis.resize(static_cast<std::size_t>(q.size()), 0);
   Vector y = Vector::Zero(q.size());
-  return SolveStart(context.problem, Selection::kAny, context.any_solver, [&](LcpSolver& solver) {
-    return context.successors.Solve(solver, q, tolerance, context.last_basis, y);
+  return SolveStart(context.problem, Selection::kAny, context.starts.any_solver, [&](LcpSolver& solver) {
+    return context.starts.successors.Solve(solver, q, tolerance, context.starts.last_basis, y);
   });
 }
 
@@ -127,7 +127,7 @@ LcpStatus Select(SolveContext& context, const Vector& q, const Vector& tolerance
   const Problem& problem = context.problem;
   Basis basis(problem.num_constraints(), 0);
   ++context.solution.cost.lcps;
-  const LcpStatus verdict = SolveStart(problem, context.choice(), context.selecting_solver,
+  const LcpStatus verdict = SolveStart(problem, context.choice(), context.starts.selecting_solver,
                                        [&](LcpSolver& solver) { return solver.Solve(q, tolerance, basis, y); });
   if (verdict != LcpStatus::kSolved) y.setZero();
   return verdict;
@@ -158,7 +158,7 @@ bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Ve
   Vector q = problem.N * x + g;
   RaiseRowSize(context, g, x, y);
   // At a break point the state carries the rounding errors of all previous steps.
-  const Vector tolerance = (time == 0 ? 1 : 16) * kLcpTolerance * context.row_size;
+  const Vector tolerance = (time == 0 ? 1 : 16) * kLcpTolerance * context.starts.row_size;
   y.setZero();
   y_is_solution = false;
 
@@ -204,11 +204,11 @@ bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Ve
   }
   x += dx;
   context.solution.jumps.push_back({time, dx, jump.p});
-  if (context.options.keep_flow) context.jump_derivative = DerivativeOf(problem, jump);
+  if (context.options.keep_flow) context.starts.jump_derivative = DerivativeOf(problem, jump);
   if (context.y_is_function()) {
     q = problem.N * x + g;
     RaiseRowSize(context, g, x, y);
-    y_is_solution = Select(context, q, kLcpTolerance * context.row_size, y) == LcpStatus::kSolved;
+    y_is_solution = Select(context, q, kLcpTolerance * context.starts.row_size, y) == LcpStatus::kSolved;
   }
   return true;
 }

@@ -22,9 +22,9 @@ namespace dlcs {
 // decided here; the first coupled step decides.
 //
 // A row of N x + g that is negative by less than kLcpTolerance times its size (a little more after steps) counts as
-// zero, and a jump that moves all rows by less is not applied. The size of a row is context.row_size: the largest value
-// so far of |N||x| + |g| + |M||y| at the starts of smooth intervals, with `y` from the interval before, and of |g| at
-// samples of [0, T].
+// zero, and a jump that moves all rows by less is not applied. The size of a row is context.starts.row_size: the
+// largest value so far of |N||x| + |g| + |M||y| at the starts of smooth intervals, with `y` from the interval before,
+// and of |g| at samples of [0, T].
 //
 // Returns false if the solve has ended. Sets `y_is_solution` to whether y was found; if not, y is zero.
 // Source: the jump rule of linear passive complementarity systems, [Camlibel, Heemels, Schumacher 2002]

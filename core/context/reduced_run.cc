@@ -185,10 +185,10 @@ Vector ReducedRun::Sizes() const {
   return (sizes.array() + kMixing * MaxAbs(sizes)).matrix();
 }
 
-bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryMethod& carry,
+bool SolveRunByRun(SolveContext& context, Hold hold, const CarryMethod& carry,
                    const std::function<Index(ReducedRun&)>& solve) {
   const Problem& problem = context.problem;
-  Propagator& system = *context.propagator;
+  Propagator& system = *context.choices.propagator;
   Cost& cost = context.solution.cost;
   ReducedSources sampler(problem);
   Vector x = problem.x0;
@@ -201,7 +201,7 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
     state(at, x, y, y_is_solution, y_found, N_x);
     carry(state);
   };
-  if (!context.checkpointing.Resume(context, carry_all)) return false;
+  if (!ResumeFromCheckpoint(context, carry_all)) return false;
   // Kernels are kept, and the first run with a length of steps decides how its kernel is made.
   for (std::size_t earlier = 0; earlier < at; ++earlier) {
     const Run& run = context.grid.runs[earlier];
@@ -238,7 +238,7 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
       run.first_step = y_found.cols() - 1;
     }
     run.offer_checkpoint = [&](Index done, const Vector& N_x_behind) {
-      context.checkpointing.Offer(context, run.Time(context.grid, done), [&](StateArchive& state) {
+      OfferCheckpoint(context, run.Time(context.grid, done), [&](StateArchive& state) {
         y_found = run.y.leftCols(done + 1);
         N_x = N_x_behind;
         carry_all(state);

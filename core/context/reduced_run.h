@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/context/checkpointing.h"
 #include "core/context/solve_context.h"
 #include "core/propagator/propagator.h"
 
@@ -35,13 +36,13 @@ struct ReducedRun {
   Vector Sizes() const;
 };
 
-// Solves the grid run by run with context.propagator: samples the sources, starts smooth intervals, calls `solve` to
-// find y of a run, adds to certificate and output, and computes the states at output nodes and the one that the next
-// run starts from. `carry` saves and restores what `solve` keeps between runs (core/context/checkpointing.h). `solve`
-// begins after run.first_step, counts its steps in the cost, and returns the number of steps done; fewer than all if it
-// has ended the solve. Returns whether the end was reached. Memory: about 8 n J numbers for the longest run, besides
-// the output.
-bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryMethod& carry,
+// Solves the grid run by run with context.choices.propagator: samples the sources, starts smooth intervals, calls
+// `solve` to find y of a run, adds to certificate and output, and computes the states at output nodes and the one that
+// the next run starts from. `carry` saves and restores what `solve` keeps between runs (core/context/checkpointing.h).
+// `solve` begins after run.first_step, counts its steps in the cost, and returns the number of steps done; fewer than
+// all if it has ended the solve. Returns whether the end was reached. Memory: about 8 n J numbers for the longest run,
+// besides the output.
+bool SolveRunByRun(SolveContext& context, Hold hold, const CarryMethod& carry,
                    const std::function<Index(ReducedRun&)>& solve);
 
 }  // namespace dlcs

@@ -22,10 +22,10 @@ double BytesOf(const Scheme& scheme) {
 
 Scheme SharedScheme(const SolveContext& context, const std::string& kind, double step,
                     const std::function<Scheme(double step)>& make) {
-  if (!context.setups) return make(step);
+  if (!context.choices.setups) return make(step);
   SetupKey key("scheme " + kind);
   key.Add(context.problem.A).Add(context.problem.B).Add(step);
-  return *context.setups->Get<Scheme>(key, [&]() -> SetupCache::Made<Scheme> {
+  return *context.choices.setups->Get<Scheme>(key, [&]() -> SetupCache::Made<Scheme> {
     auto scheme = std::make_shared<const Scheme>(make(step));
     const double bytes = BytesOf(*scheme);
     return {std::move(scheme), bytes};
@@ -34,11 +34,11 @@ Scheme SharedScheme(const SolveContext& context, const std::string& kind, double
 
 std::unique_ptr<LcpSolver> SharedCoupledSolver(const SolveContext& context, const Matrix& K) {
   const SolutionChoice choice = context.choice();
-  if (!context.setups) return MakeCoupledLcpSolver(context.problem.M, K, choice);
+  if (!context.choices.setups) return MakeCoupledLcpSolver(context.problem.M, K, choice);
   SetupKey key("coupled solver");
   key.Add(context.problem.M).Add(K).Add(static_cast<Index>(choice.selection)).Add(choice.X);
   if (choice.selector) key.Add(choice.selector->C).Add(Matrix(choice.selector->b));
-  const auto prototype = context.setups->Get<LcpSolver>(key, [&]() -> SetupCache::Made<LcpSolver> {
+  const auto prototype = context.choices.setups->Get<LcpSolver>(key, [&]() -> SetupCache::Made<LcpSolver> {
     // M, its scaled form and the factors of a basis.
     const double bytes = 3.0 * 8.0 * static_cast<double>(K.size());
     return {std::shared_ptr<const LcpSolver>(MakeCoupledLcpSolver(context.problem.M, K, choice)), bytes};

@@ -10,6 +10,14 @@
 
 namespace dlcs {
 
+void Impulses::Note(const Grid& grid, const Segment& segment, Index begin, Index end) {
+  for (Index j = begin + 1; j <= end && !first; ++j) {
+    for (const Index i : rows) {
+      if (segment.y(i, j) > 0) first = grid.times[segment.first_node + j];
+    }
+  }
+}
+
 void SolveContext::Add(const Segment& segment, const Scheme& scheme) {
   const bool splines = solution.method == Method::kWuChenIteration && options.interpolation != Interpolation::kLinear;
   if (grid.output_nodes.size() == grid.times.size() && !splines) {
@@ -31,18 +39,10 @@ void SolveContext::Add(const Segment& segment, const Scheme& scheme) {
     w.noalias() += problem.M * segment.y.middleCols(begin, end - begin + 1);
     certificate.Add(segment, w, scheme, begin, end);
     recorder.Add(segment, w, begin, end);
-    NoteImpulses(segment, begin, end);
+    impulses.Note(grid, segment, begin, end);
     if (limit_watch) limit_watch->Add(grid, segment, begin, end, solution.reached_limits);
     begin = end;
   } while (begin < segment.steps);
-}
-
-void SolveContext::NoteImpulses(const Segment& segment, Index begin, Index end) {
-  for (Index j = begin + 1; j <= end && !first_impulse; ++j) {
-    for (const Index i : impulsive_rows) {
-      if (segment.y(i, j) > 0) first_impulse = grid.times[segment.first_node + j];
-    }
-  }
 }
 
 bool FailLcp(SolveContext& context, LcpStatus verdict, double time, const std::string& which) {

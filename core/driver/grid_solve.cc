@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "core/context/checkpointing.h"
 #include "core/context/solve_context.h"
 #include "core/event_driven/event_driven.h"
 #include "core/iteration/laplace_iteration.h"
@@ -64,18 +65,18 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .workers = task.workers,
                        .observer = observer,
                        .stop = task.stop,
+                       .started = task.started,
                        .recorder = Recorder(grid, task.problem.num_states(), task.problem.num_constraints(), solution),
                        .certificate = CertificateBuilder(task.problem),
                        .solution = solution,
-                       .started = task.started,
-                       .propagator = task.plan.propagator.system.get(),
-                       .setups = task.setups,
-                       .largest_slope = task.plan.largest_slope,
-                       .error_by_default = task.error_by_default,
-                       .two_stages = task.plan.method.two_stages,
-                       .without_contours = task.plan.method.without_contours,
-                       .checkpointing = Checkpointing(resume, task.leaves_checkpoints),
-                       .impulsive_rows = task.plan.method.impulsive_rows};
+                       .choices = {.propagator = task.plan.propagator.system.get(),
+                                   .setups = task.setups,
+                                   .largest_slope = task.plan.largest_slope,
+                                   .error_by_default = task.error_by_default,
+                                   .two_stages = task.plan.method.two_stages,
+                                   .without_contours = task.plan.method.without_contours},
+                       .checkpoints = {.resume = resume, .makes = task.leaves_checkpoints},
+                       .impulses = {.rows = task.plan.method.impulsive_rows}};
   if (!task.problem.outputs.limits.empty()) {
     auto watch = LimitWatch::Create(task.problem);
     if (!watch.ok()) return watch.status();
@@ -89,9 +90,9 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
         "Reached T = " + FormatNumber(task.problem.horizon) + " in " + StepsText(solution.cost.steps) + ".";
   }
   const bool stopped = solution.termination == Termination::kCancelled;
-  if (absl::Status resumed = context.checkpointing.status(stopped); !resumed.ok()) return resumed;
-  if (context.first_impulse) {
-    solution.warnings.push_back("y > 0 at t = " + FormatNumber(*context.first_impulse) + " in " +
+  if (absl::Status resumed = ResumeStatus(context.checkpoints, stopped); !resumed.ok()) return resumed;
+  if (context.impulses.first) {
+    solution.warnings.push_back("y > 0 at t = " + FormatNumber(*context.impulses.first) + " in " +
                                 task.plan.method.impulsive +
                                 ", where only impulses can keep w >= 0: y grows there as the step shrinks, and x "
                                 "depends on the method, not only on the system.");

@@ -71,12 +71,12 @@ bool EventDriven(SolveContext& context) {
   const double tolerance = asked > 0 ? asked : kDefaultEventTolerance;
   Solution& solution = context.solution;
   double of_steps =
-      context.error_by_default ? kFirstByDefault * tolerance : std::min(tolerance, kLargestEventTolerance);
+      context.choices.error_by_default ? kFirstByDefault * tolerance : std::min(tolerance, kLargestEventTolerance);
   // The default tolerance has a limit of work, of which a part is left for methods with fixed steps.
   const Index num_states = context.problem.num_states();
-  const Index most_work = context.error_by_default ? MaxDefaultEventWork(context.options.output_times.size(),
-                                                                         BreakPoints(context.problem).size())
-                                                   : std::numeric_limits<Index>::max();
+  const Index most_work = context.choices.error_by_default ? MaxDefaultEventWork(context.options.output_times.size(),
+                                                                                 BreakPoints(context.problem).size())
+                                                           : std::numeric_limits<Index>::max();
   double allowed_rounding = 1;
   Index work = 0;
   EventRecord record;
@@ -114,7 +114,7 @@ bool EventDriven(SolveContext& context) {
     context.recorder.ResumeFrom(0);
     solution.jumps.clear();
     solution.left_limits.clear();
-    context.first_impulse.reset();
+    context.impulses.first.reset();
   }
   solution.switching_times = SwitchingTimesOf(record, BreakPoints(context.problem), solution.jumps);
   solution.step = record.longest_step;
@@ -122,7 +122,7 @@ bool EventDriven(SolveContext& context) {
   if (solution.flow) solution.flow->work = work;
   solution.accuracy.source = AccuracySource::kControlled;
   solution.accuracy.tolerance = tolerance;
-  solution.accuracy.tolerance_is_default = context.error_by_default || asked == 0;
+  solution.accuracy.tolerance_is_default = context.choices.error_by_default || asked == 0;
   solution.accuracy.errors = record.errors;
   JudgeBesideModes(context.problem, context.selection, context.options, solution);
   if (record.coupled_steps > 0) solution.warnings.push_back(DescribeCoupledSteps(record));

@@ -81,7 +81,7 @@ bool EventDrivenLoop::Run() {
   double before = 0;
   for (std::size_t k = 0; k < ends.size(); ++k) {
     const double end = ends[k];
-    const bool starts = t_ == 0 || (may_jump && sampler_.GJumps(t_, kLcpTolerance * context_.row_size));
+    const bool starts = t_ == 0 || (may_jump && sampler_.GJumps(t_, kLcpTolerance * context_.starts.row_size));
     if (starts && !Start(t_)) return false;
     if (!Cross(end)) return false;
     if (end < problem_.horizon) CountTimeOfJump(end, std::min(end - before, ends[k + 1] - end));
@@ -130,7 +130,7 @@ bool EventDrivenLoop::Start(double begin) {
   const std::size_t jumps = context_.solution.jumps.size();
   if (!StartInterval(context_, begin, g, x_, y_, y_is_solution)) return false;
   if (begin == 0 && context_.solution.jumps.empty()) search_.BeginAt(x_, g);
-  if (flow_ && context_.solution.jumps.size() > jumps) flow_->AddJump(context_.jump_derivative);
+  if (flow_ && context_.solution.jumps.size() > jumps) flow_->AddJump(context_.starts.jump_derivative);
   return true;
 }
 
@@ -176,7 +176,7 @@ bool EventDrivenLoop::PassKink() {
   attempt_ = 0;
   gap_.reset();
   event_step_.reset();
-  const bool jumps = sampler_.GJumps(*kink_, kLcpTolerance * context_.row_size);
+  const bool jumps = sampler_.GJumps(*kink_, kLcpTolerance * context_.starts.row_size);
   kink_.reset();
   return !jumps || Start(t_);
 }
@@ -494,7 +494,7 @@ double EventDrivenLoop::ErrorOfStart() const {
   Vector of_y = Vector::Zero(slopes.size()), speeds = slopes;
   of_y(active) = slopes(active);
   speeds(active) = Vector(problem_.M * of_y)(active);
-  const Vector rounding = kLcpTolerance * context_.row_size;
+  const Vector rounding = kLcpTolerance * context_.starts.row_size;
   double error = 0;
   const auto raise = [&](Index i, double speed) {
     if (rounding[i] < speed * sources_.length) error = std::max(error, rounding[i] / speed);
@@ -589,7 +589,7 @@ void EventDrivenLoop::Record(const EventOutput::SmoothInterval& interval) {
   const Segment& segment = interval.segment;
   if (segment.steps < 0) return;
   context_.recorder.Add(segment, interval.w);
-  context_.NoteImpulses(segment, 0, segment.steps);
+  context_.impulses.Note(context_.grid, segment, 0, segment.steps);
 }
 
 void EventDrivenLoop::Finish() {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/context/checkpointing.h"
 #include "core/context/consistency.h"
 #include "core/discretization/step_cache.h"
 #include "core/iteration/reduced_iteration.h"
@@ -39,8 +40,8 @@ class Iteration {
       state(windows_, at.run, at.step, x_, y_);
       CarryTools(state);
     };
-    if (!context_.checkpointing.Resume(context_, carry)) return false;
-    if (!context_.checkpointing.resumes()) Begin();
+    if (!ResumeFromCheckpoint(context_, carry)) return false;
+    if (!context_.checkpoints.resume) Begin();
     while (at.run < runs_.size()) {
       if (at.step == 0 && runs_[at.run].starts_at_break && !Start(at)) return false;
       Position next;
@@ -51,7 +52,7 @@ class Iteration {
       if (!window) return false;
       Accept(static_cast<const Window&>(*window));
       at = next;
-      context_.checkpointing.Offer(context_, EndTime(at), carry);
+      OfferCheckpoint(context_, EndTime(at), carry);
     }
     return true;
   }
@@ -156,8 +157,8 @@ class Iteration {
 }  // namespace
 
 bool LaplaceIteration(SolveContext& context) {
-  if (!context.propagator) context.solution.kernel.emplace();
-  const bool reached = context.propagator ? ReducedIteration(context) : Iteration(context).ReachEnd();
+  if (!context.choices.propagator) context.solution.kernel.emplace();
+  const bool reached = context.choices.propagator ? ReducedIteration(context) : Iteration(context).ReachEnd();
   // The last window may have ended without converging; then a termination is set.
   return reached && context.solution.termination == Termination::kNotSolved;
 }

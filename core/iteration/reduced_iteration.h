@@ -8,7 +8,7 @@
 
 namespace dlcs {
 
-// LaplaceIteration() with context.propagator: the effect of earlier windows on N x comes from the kernel's
+// LaplaceIteration() with context.choices.propagator: the effect of earlier windows on N x comes from the kernel's
 // ConvolutionHistory, and each iteration is one response of the kernel. Windows end with their run.
 bool ReducedIteration(SolveContext& context);
 

@@ -205,10 +205,10 @@ WindowIteration::Judgment WindowIteration::Judge(const Matrix& q, const Matrix& 
 // If y need not be a Lipschitz function: the first step over which y of an iterate changes by more than any piece of
 // the function allows.
 std::optional<std::string> WindowIteration::FindJump(const Matrix& q, const WindowModel& window) const {
-  if (!context_.largest_slope) return std::nullopt;
-  const auto jump = DetectJump(q, window.y, *context_.largest_slope);
+  if (!context_.choices.largest_slope) return std::nullopt;
+  const auto jump = DetectJump(q, window.y, *context_.choices.largest_slope);
   if (!jump) return std::nullopt;
-  return DescribeJump(*jump, context_.grid.times[window.first_node() + jump->column], *context_.largest_slope);
+  return DescribeJump(*jump, context_.grid.times[window.first_node() + jump->column], *context_.choices.largest_slope);
 }
 
 void WindowIteration::Report(IterateReport report, double log_bound, const WindowModel& window, Index columns) {

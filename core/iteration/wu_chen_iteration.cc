@@ -146,13 +146,14 @@ class PlainIteration {
 
   // Ends the solve if y may jump and does jump between two columns of one run.
   bool KeepsToSlope(const Matrix& q) {
-    if (!context_.largest_slope) return true;
+    if (!context_.choices.largest_slope) return true;
     for (size_t r = 0; r < segments_.size(); ++r) {
       const Index first = columns_.First(r), count = columns_.Count(r);
-      const auto jump = DetectJump(q.middleCols(first, count), y_.middleCols(first, count), *context_.largest_slope);
+      const auto jump =
+          DetectJump(q.middleCols(first, count), y_.middleCols(first, count), *context_.choices.largest_slope);
       if (!jump) continue;
       const double t = columns_.Time(first + jump->column);
-      return context_.FailJump(t, DescribeJump(*jump, t, *context_.largest_slope));
+      return context_.FailJump(t, DescribeJump(*jump, t, *context_.choices.largest_slope));
     }
     return true;
   }
@@ -235,7 +236,7 @@ SpectrumSplit SplitForContour(const SolveContext& context) {
   const double widest = WidestSector(context.options);
   const double enclosed = Enclosed(context);
   return SplitSpectrum(context.problem.A, [&](std::complex<double> lambda) {
-    return context.without_contours || (std::abs(lambda) > enclosed && !(std::abs(std::arg(-lambda)) < widest));
+    return context.choices.without_contours || (std::abs(lambda) > enclosed && !(std::abs(std::arg(-lambda)) < widest));
   });
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/context/checkpointing.h"
 #include "core/context/consistency.h"
 #include "core/lcp/structured/bounded_solver.h"
 #include "core/mpi/distributed_krylov.h"
@@ -230,8 +231,8 @@ void Conclude(SolveContext& part, const Ownership& states, const Ownership& pair
   if (of_rank.termination != Termination::kNotSolved) {
     whole.Fail(of_rank.termination, of_rank.failure_time, of_rank.message);
   }
-  const double impulse = -team.Max(-part.first_impulse.value_or(std::numeric_limits<double>::infinity()));
-  if (impulse <= whole.problem.horizon) whole.first_impulse = impulse;
+  const double impulse = -team.Max(-part.impulses.first.value_or(std::numeric_limits<double>::infinity()));
+  if (impulse <= whole.problem.horizon) whole.impulses.first = impulse;
 }
 
 // Combines the checkpoints of the ranks, which all make them at the same place, into one of the whole solve. Passes on
@@ -245,8 +246,8 @@ class CheckpointsOfAll final : public Observer {
   // Sets the whole to the state that it resumes from, if there is one, and `point` to that of the rows of this rank.
   // Returns false if the state does not belong to this solve.
   bool Resume(ResumePoint& point) {
-    if (!whole_.checkpointing.Resume(whole_, [this](StateArchive& state) { Carry(state); })) return false;
-    if (!whole_.checkpointing.resumes()) return true;
+    if (!ResumeFromCheckpoint(whole_, [this](StateArchive& state) { Carry(state); })) return false;
+    if (!whole_.checkpoints.resume) return true;
     const auto rank = static_cast<std::size_t>(team_.rank());
     if (parts_.size() != static_cast<std::size_t>(team_.size())) {
       return whole_.Fail(Termination::kUnsupported, 0, "The checkpoint is one of another number of ranks.");
@@ -275,7 +276,7 @@ class CheckpointsOfAll final : public Observer {
     solution.left_limits = CollectLeftLimits(part.solution, pairs_, team_);
     whole_.recorder.ResumeFrom(recorded);
     parts_ = team_.CollectTexts(part.state());
-    whole_.checkpointing.Offer(whole_, part.time, [this](StateArchive& state) { Carry(state); });
+    OfferCheckpoint(whole_, part.time, [this](StateArchive& state) { Carry(state); });
     parts_.clear();
   }
 
@@ -361,12 +362,12 @@ bool MpiSteps::Take(SolveContext& context, SparseRule rule, IterativeAccount& ac
                        .workers = context.workers,
                        .observer = checkpoints,
                        .stop = context.stop,
+                       .started = context.started,
                        .recorder = Recorder(context.grid, part.num_states(), part.num_constraints(), solution),
                        .certificate = CertificateBuilder(part, team_),
                        .solution = solution,
-                       .started = context.started,
-                       .checkpointing = Checkpointing(context.checkpointing.resumes() ? &point : nullptr, true),
-                       .impulsive_rows = LocalRows(context.impulsive_rows, pairs, team_.rank())};
+                       .checkpoints = {.resume = context.checkpoints.resume ? &point : nullptr, .makes = true},
+                       .impulses = {.rows = LocalRows(context.impulses.rows, pairs, team_.rank())}};
   checkpoints.MakeFrom(of_rank);
   of_rank.distribution.emplace(SolveContext::Distribution{team_, most_states, most_pairs});
   const double tolerance = IterativeStep::ToleranceFor(context.options, context.grid.num_steps());

@@ -8,7 +8,7 @@
 namespace dlcs {
 
 bool ExponentialIntegrator(SolveContext& context) {
-  if (context.propagator) return IntegrateReduced(context);
+  if (context.choices.propagator) return IntegrateReduced(context);
   const bool linear = context.y_is_lipschitz();
   return StepThroughGrid(context, linear ? "exp-PL" : "exp-PC", [&](double step) {
     return linear ? ExponentialPiecewiseLinear(context.problem, step)

@@ -8,8 +8,8 @@
 
 namespace dlcs {
 
-// ExponentialIntegrator() with context.propagator: one LCP(q, M + K_0) per step, where the effect of earlier y comes
-// from the kernel's ConvolutionHistory. The same solution as with dense matrices, up to rounding.
+// ExponentialIntegrator() with context.choices.propagator: one LCP(q, M + K_0) per step, where the effect of earlier y
+// comes from the kernel's ConvolutionHistory. The same solution as with dense matrices, up to rounding.
 bool IntegrateReduced(SolveContext& context);
 
 }  // namespace dlcs

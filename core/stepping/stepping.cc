@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/context/checkpointing.h"
 #include "core/context/consistency.h"
 #include "core/context/shared_setup.h"
 #include "core/discretization/step_cache.h"
@@ -186,7 +187,7 @@ bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper, 
     state(steppers, at, done, x, y, y_is_solution, departures.steps_off_selection, departures.steps_with_ties);
     if (newton) CarryFields(state, *newton);
   };
-  if (!context.checkpointing.Resume(context, carry)) return false;
+  if (!ResumeFromCheckpoint(context, carry)) return false;
 
   for (; at < runs.size(); ++at, done = 0) {
     const Run& run = runs[at];
@@ -240,7 +241,7 @@ bool StepThroughGrid(SolveContext& context, const StepperFactory& make_stepper, 
       y = segment.y.col(steps);
       if (context.Any(!x.allFinite())) return FailLcp(context, LcpStatus::kNonFinite, next_time, "");
       done += steps;
-      context.checkpointing.Offer(context, next_time, carry);
+      OfferCheckpoint(context, next_time, carry);
     }
   }
   progress.Finish(problem.horizon);

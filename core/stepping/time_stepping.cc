@@ -53,7 +53,7 @@ SparseRule RuleOf(const Options& options, bool two_stages) {
 
 std::unique_ptr<Stepper> SparseStepper(SolveContext& context, double step) {
   ++context.solution.propagator.factorizations;
-  auto sparse = TimeSteppingStep(context.problem, context.options, context.two_stages, step);
+  auto sparse = TimeSteppingStep(context.problem, context.options, context.choices.two_stages, step);
   auto solver = SharedCoupledSolver(context, sparse->CoupledTerm());
   return std::make_unique<Stepper>(context.problem, std::move(sparse), context.choice(), std::move(solver));
 }
@@ -72,7 +72,7 @@ bool StepIteratively(SolveContext& context) {
   IterativeAccount account;
   const double tolerance = IterativeStep::ToleranceFor(context.options, context.grid.num_steps());
   const auto make_stepper = [&](double step, Progress& progress) {
-    auto iterative = std::make_unique<IterativeStep>(problem, step, RuleOf(context.options, context.two_stages),
+    auto iterative = std::make_unique<IterativeStep>(problem, step, RuleOf(context.options, context.choices.two_stages),
                                                      context.options.theta, context.workers, tolerance);
     const auto make_direct = [&context, step] {
       return FitsDirectStep(context) ? SparseStepper(context, step) : nullptr;
@@ -80,9 +80,9 @@ bool StepIteratively(SolveContext& context) {
     return std::make_unique<IterativeStepper>(std::move(iterative), make_direct, context.grid, account, progress);
   };
   DistributedSteps* const distributed = Team::Current().distributed_steps();
-  const bool reached_end = distributed
-                               ? distributed->Take(context, RuleOf(context.options, context.two_stages), account)
-                               : StepThroughGrid(context, make_stepper);
+  const bool reached_end =
+      distributed ? distributed->Take(context, RuleOf(context.options, context.choices.two_stages), account)
+                  : StepThroughGrid(context, make_stepper);
   context.solution.propagator.linear_iterations = account.linear_iterations;
   context.solution.propagator.set_changes = account.set_changes;
   if (account.direct_steps > 0) {

@@ -32,7 +32,7 @@ Matrix CoupledStepMatrix(const Problem& problem, const Options& options, bool tw
 // By Newton's method (3.3), core/stepping/newton_step.h, if y is a function of x. The solution holds its rate of
 // convergence, and warnings if h exceeds 1/(3κ) or if steps had to be solved by substitution.
 //
-// In two stages (core/discretization/sparse_step.h), if context.two_stages is set.
+// In two stages (core/discretization/sparse_step.h), if context.choices.two_stages is set.
 //
 // First order, second with average_y and in two stages. Returns whether the end was reached. One thread.
 bool TimeStepping(SolveContext& context);
