@@ -8,11 +8,11 @@
 //
 //     known        truncation + rounding <= tolerance · own;
 //     given        truncation + rounding <= a;
-//     negligible   truncation <= rounding, own <= tolerance · R and rounding <= tolerance · R, where no a is given;
-//     zero         own <= 2 rounding, truncation <= rounding and rounding <= tolerance · R.
+//     negligible   truncation <= r, own <= tolerance · R and r <= tolerance · R, where no a is given;
+//     zero         own <= r, truncation <= r and r <= tolerance · R.
 //
-// So truncation is held to the component's own size, and only rounding is looked at beside others. A component without
-// R has R = own.
+// Here r is twice the rounding, which is known from samples that may be small by chance. So truncation is held to the
+// component's own size, and only rounding is looked at beside others. A component without R has R = own.
 //
 // What accepts c in another solve (Advice), whose steps are longer. Steps are shortened until truncation is at most the
 // rounding or what is allowed without it, and no further; where that was not reached, truncation stays what it is.
@@ -20,8 +20,8 @@
 //
 //     2 rounding + max(truncation, 2 rounding)
 //
-// must be allowed, by tolerance · own or by a. Where truncation <= rounding and no a is given, c is accepted too where
-// tolerance · R is at least own and 2 rounding. Of 219 random systems that missed a tolerance of 1e-3 to 1e-13, 214
+// must be allowed, by tolerance · own or by a. Where truncation <= r and no a is given, c is accepted too where
+// tolerance · R is at least own and 2 r. Of 219 random systems that missed a tolerance of 1e-3 to 1e-13, 214
 // were solved with the tolerance that this gives; with the error itself three in five are.
 //
 // R of the states of a mode x' = Ã x + b. The blocks are the strongly connected components of the graph of Ã. In a

@@ -82,10 +82,12 @@ TEST(SizesTest, GivenIsAnErrorOfAtMostTheAbsoluteTolerance) {
   EXPECT_EQ(KnowledgeOf({1e-9, 6e-5, 5e-5}, SizesGiven(1e-4)), Knowledge::kMissed);
 }
 
+// The rounding of what follows is twice that of its samples.
 TEST(SizesTest, NegligibleIsSmallWithAnErrorOfRoundingAlone) {
   // Known to two digits, 1e-7 beside 1.
   EXPECT_EQ(KnowledgeOf({1e-7, 0, 1e-9}), Knowledge::kNegligible);
-  EXPECT_EQ(KnowledgeOf({1e-7, 2e-9, 1e-9}), Knowledge::kMissed);     // truncation
+  EXPECT_EQ(KnowledgeOf({1e-7, 1.9e-9, 1e-9}), Knowledge::kNegligible);
+  EXPECT_EQ(KnowledgeOf({1e-7, 2.1e-9, 1e-9}), Knowledge::kMissed);   // truncation
   EXPECT_EQ(KnowledgeOf({1e-5, 0, 1e-9}), Knowledge::kMissed);        // not small
   EXPECT_EQ(KnowledgeOf({1e-7, 0, 1e-9, 1e-2}), Knowledge::kMissed);  // beside something small
   EXPECT_EQ(KnowledgeOf({1e-7, 0, 1e-9}, SizesGiven(1e-10)), Knowledge::kMissed);
@@ -94,8 +96,8 @@ TEST(SizesTest, NegligibleIsSmallWithAnErrorOfRoundingAlone) {
 TEST(SizesTest, ZeroIsNoLargerThanTwiceItsRounding) {
   EXPECT_EQ(KnowledgeOf({1.9e-9, 0, 1e-9}), Knowledge::kZero);
   EXPECT_EQ(KnowledgeOf({2.1e-9, 0, 1e-9}), Knowledge::kNegligible);
-  EXPECT_EQ(KnowledgeOf({1.9e-9, 1.1e-9, 1e-9}), Knowledge::kMissed);     // truncation
-  EXPECT_EQ(KnowledgeOf({1.9e-9, 0, 1e-9, 0.9e-3}), Knowledge::kMissed);  // rounding that is not small
+  EXPECT_EQ(KnowledgeOf({1.9e-9, 2.1e-9, 1e-9}), Knowledge::kMissed);     // truncation
+  EXPECT_EQ(KnowledgeOf({1.9e-9, 0, 1e-9, 1.9e-3}), Knowledge::kMissed);  // rounding that is not small
   // Nothing but a zero of zero rounding: its error of 0 is known.
   EXPECT_EQ(KnowledgeOf({0, 0, 0}), Knowledge::kKnown);
   // Too large an error for what is given, and still no more than rounding.
@@ -126,9 +128,11 @@ TEST(SizesTest, TheFigureIsTheLargestErrorBesideWhatItIsComparedWith) {
 
 TEST(SizesTest, ANegligibleComponentHasTheDigitsAboveItsRounding) {
   for (int digits = 1; digits <= 6; ++digits) {
-    const Accuracy accuracy = JudgeStates({{1e-12, 0, 0.9e-12 * std::pow(10.0, -digits)}}, {}, 1e-9);
+    const double of_samples = 0.45e-12 * std::pow(10.0, -digits);
+    const Accuracy accuracy = JudgeStates({{1e-12, 0, of_samples}}, {}, 1e-9);
     ASSERT_THAT(accuracy.named, SizeIs(1)) << digits;
     EXPECT_EQ(accuracy.named[0].digits, digits);
+    EXPECT_EQ(accuracy.named[0].rounding, 2 * of_samples);
   }
 }
 
