@@ -39,6 +39,10 @@ constexpr double kIsPeriodic = 1e-8;
 constexpr double kNear = 1e-2;
 // The smallest tolerance of a period, and the share of the tolerance that the errors of a period may use.
 constexpr double kShare = 0.1;
+// Of a transient that does not settle so many periods are tried once more, those that Newton's method moves least: near
+// close returns are unstable solutions. Source: D. Auerbach et al. Exploring chaotic motion through periodic orbits.
+// Phys. Rev. Lett. 58, 2387-2389, 1987. PeriodicTest.DisturbancesDoWhatTheMultipliersSay needs them.
+constexpr std::size_t kCloseReturns = 8;
 constexpr double kShortestStep = 1.0 / 8;  // of Newton's
 constexpr double kShorter = 3.0 / 4;       // each of Newton's full steps shortens the next one to this part
 
@@ -64,6 +68,13 @@ struct Transient {
   double period = 0;
   double residual = std::numeric_limits<double>::quiet_NaN();  // of that period
   bool is_near = false;
+};
+
+// The begin of a period that was followed, and how far Newton's method would move it.
+struct CloseReturn {
+  Vector x, y;
+  double period = 0;
+  double moved = 0;
 };
 
 class Search {
@@ -92,6 +103,8 @@ class Search {
   absl::StatusOr<Outcome> RunNewton();
   absl::Status TakeNewtonStep(bool& accepted);
   absl::Status FollowOnePeriod(Transient& transient);
+  void KeepIfClose();
+  absl::StatusOr<Outcome> TryCloseReturns();
   absl::Status AddStability();
   Outcome Judge(bool is_transient);
   bool IsAnswer();
@@ -117,6 +130,7 @@ class Search {
   Iterate current_;
   Index newton_steps_ = 0;
   Index followed_ = 0, idle_ = 0;  // periods of the transient; accepted steps of Newton's method without progress
+  std::vector<CloseReturn> close_returns_;  // the closest first
   int elsewhere_ = 0;
   StabilityJudgement stability_;
   // The error of the start that the decay of residuals implies, while one period follows the other.
@@ -312,6 +326,7 @@ absl::Status Search::FollowOnePeriod(Transient& transient) {
   ++followed_;
   current_ = *std::move(next);
   if (!current_.solve.reached) return absl::OkStatus();
+  KeepIfClose();
   const double residual = MaxAbs(current_.residual);
   // What is left of a residual that shrinks by the same factor in every period.
   const double factor = residual / transient.residual;
@@ -320,6 +335,32 @@ absl::Status Search::FollowOnePeriod(Transient& transient) {
   if (factor < 1) error_of_transient_ = residual / (1 - factor);
   transient = {current_.solve.end, current_.solve.y_end, current_.solve.period, residual, IsNear()};
   return absl::OkStatus();
+}
+
+void Search::KeepIfClose() {
+  if (!current_.has_step()) return;
+  const PeriodSolve& solve = current_.solve;
+  const double moved = MaxAbs(current_.step);
+  const auto place = std::find_if(close_returns_.begin(), close_returns_.end(),
+                                  [moved](const CloseReturn& other) { return moved < other.moved; });
+  close_returns_.insert(place, {solve.start, solve.y_before, solve.period, moved});
+  if (close_returns_.size() > kCloseReturns) close_returns_.pop_back();
+}
+
+// Together they may take as many steps without progress as periods were followed.
+absl::StatusOr<Search::Outcome> Search::TryCloseReturns() {
+  const Iterate last = current_;
+  for (const CloseReturn& close : close_returns_) {
+    auto iterate = Evaluate(close.x, close.y, close.period, /*accurate=*/false);
+    if (!iterate.ok()) return iterate.status();
+    current_ = *std::move(iterate);
+    error_of_transient_ = std::numeric_limits<double>::infinity();
+    idle_ = followed_ - followed_ / static_cast<Index>(kCloseReturns);
+    const auto outcome = RunNewton();
+    if (!outcome.ok() || *outcome != Outcome::kSearching) return outcome;
+  }
+  current_ = last;
+  return Outcome::kSearching;
 }
 
 // Newton's method from the last period, until it finds something, or wanders.
@@ -373,7 +414,10 @@ absl::Status Search::Iterations() {
       if (!current_.solve.reached) break;
     }
   }
-  FailAtEnd();
+  const auto outcome = TryCloseReturns();
+  if (!outcome.ok()) return outcome.status();
+  found_ = *outcome == Outcome::kFound;
+  if (*outcome == Outcome::kSearching) FailAtEnd();
   return absl::OkStatus();
 }
 
