@@ -72,6 +72,10 @@ void ResolvedCells::Add(const Problem& problem, const TimeFunction& function) {
     const std::size_t next = component.piece + 1;
     const double from = component.piece == 0 ? 0 : function.pieces[component.piece].start;
     const double to = next < function.pieces.size() ? function.pieces[next].start : horizon_;
+    const bool is_there = std::any_of(sources_.begin(), sources_.end(), [&](const Source& source) {
+      return source.formula == component.formula && source.from == from && source.to == to;
+    });
+    if (is_there) continue;
     sources_.push_back({std::move(component.formula), FormulaMajorant(tree), from, to});
   }
 }

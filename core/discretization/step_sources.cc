@@ -173,7 +173,7 @@ bool SourceSampler::Probe(StepSources& step) {
                         const Vector& noise, const auto& rounding_at, Vector& missed, Vector& misfit) {
     const Vector with_rounding = true_value - series * at;
     Vector here = Beyond(with_rounding, noise);
-    if ((here.array() == 0).all()) return;
+    if ((here.array().abs() <= missed.array().abs()).all()) return;
     // A value that is rounded more here than at the nodes shows no pulse.
     rounding_.resize(here.size());
     rounding_at(rounding_);

@@ -71,14 +71,14 @@ void ForPieces(const LegendreVector& series, double shift, double end, const Set
   }
 }
 
-// The crossing in a piece that starts at or above zero and whose coefficients change sign once: a simple
-// root.
-bool ChangesSignOnce(const LegendreVector& b) {
+// Whether the coefficients begin at or above zero and change sign once: the piece has one root, a simple one.
+bool FallsOnce(const LegendreVector& b) {
   Index i = 0;
   while (i < kLegendreSize && b[i] >= 0) ++i;
   while (i < kLegendreSize && b[i] <= 0) ++i;
   return i == kLegendreSize && b[kLegendreDegree] < 0;
 }
+bool RisesOnce(const LegendreVector& b) { return FallsOnce(-b); }
 
 // Newton's method, bisection where it leaves the bracket: positive at `low`, negative at `high`.
 double SimpleRoot(const LegendreVector& series, double shift, double low, double high) {
@@ -110,7 +110,7 @@ std::optional<double> FirstCrossing(const LegendreVector& series, double shift, 
     if (piece.begin > before) return std::nullopt;
     if (piece.b[0] < 0 || std::isnan(piece.b[0])) return piece.begin;
     if (HasNegative(piece.b)) {
-      if (ChangesSignOnce(piece.b)) {
+      if (FallsOnce(piece.b)) {
         const double root = SimpleRoot(series, shift, piece.begin, piece.end);
         return root > before ? std::nullopt : std::optional<double>(root);
       }
@@ -147,9 +147,17 @@ double PartBelowZero(const LegendreVector& series, double shift, double end) {
   ForPieces(series, shift, end, [&](const Piece& piece) {
     if (!HasNegative(piece.b)) return true;
     const double length = piece.end - piece.begin;
-    const bool is_below = piece.b.maxCoeff() <= 0;
-    if (!is_below && length > std::max(kShortest, kAccuracy * below)) return false;
-    below += is_below ? length : length / 2;
+    if (piece.b.maxCoeff() <= 0) {
+      below += length;
+    } else if (FallsOnce(piece.b)) {
+      below += piece.end - SimpleRoot(series, shift, piece.begin, piece.end);
+    } else if (RisesOnce(piece.b)) {
+      below += SimpleRoot(-series, -shift, piece.begin, piece.end) - piece.begin;
+    } else if (length > std::max(kShortest, kAccuracy * below)) {
+      return false;
+    } else {
+      below += length / 2;
+    }
     return true;
   });
   return below / (end + 1);

@@ -259,7 +259,8 @@ TaylorBounds FormulaMajorant::BoundsOfPower(const FormulaStep& step, const Taylo
   if (exponent.is_number() && v.degree == 0) {
     const double power = exponent.lo;
     const bool is_whole = power == std::floor(power);
-    if (is_whole && power >= 0 && base.Contains(0)) return WholePower(u, power);
+    const bool is_polynomial = is_whole && power >= 0 && power * u.degree <= kOrder;
+    if (is_polynomial || (is_whole && power >= 0 && base.Contains(0))) return WholePower(u, power);
     const double smallest = is_whole ? Smallest(base) : Positive(base);
     return Power(u, power, smallest, largest);
   }
