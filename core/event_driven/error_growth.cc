@@ -226,6 +226,23 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
   return time_error;
 }
 
+void ErrorGrowth::AddBreak(const SmoothStep& step, const StepSources& sources, double rounding) {
+  if (has_event_) return;  // at the same time
+  BeginJump(step, sources, 1);
+  event_.is_break = true;
+  event_.delay.fill(0);
+  for (Index e = 0; e < kSamples; ++e) event_.delay[e] = rounding;
+}
+
+void ErrorGrowth::BeginJump(const SmoothStep& step, const StepSources& sources, double s) {
+  event_.x = step.x;
+  event_.length = sources.length;
+  event_.s = s;
+  event_.is_break = false;
+  event_.slope = SlopeAt(step, sources, s);
+  has_event_ = true;
+}
+
 // Keeps the event until x' after it is known. Returns how far its time may be off.
 double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& sources, double s_end, Index guard) {
   const Mode& mode = step.stepper->mode();
@@ -233,11 +250,7 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
   const LegendreVector series = step.guard.values.row(guard).transpose();
   const double speed = series.dot(slope_at);
   const double curvature = 2 / sources.length * DerivativeOf(series).dot(slope_at);
-  event_.x = step.x;
-  event_.length = sources.length;
-  event_.s = s_end;
-  event_.slope = SlopeAt(step, sources, s_end);
-  has_event_ = true;
+  BeginJump(step, sources, s_end);
   const double part_of_tail = mode.guard.slope.size() > 0 ? 1 : PartOfTail(s_end);
   for (Index e = 0; e < kErrors; ++e) {
     double moved = mode.guard.state.row(guard).dot(errors_.col(e));
@@ -255,6 +268,7 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
 // Between the true time of the event and the one that was found the state went on as before instead of as after it. How
 // much that is by the jump of x', and by the polynomials on both sides: the first is too much where a fast state
 // settles in less time, the second where a fast state that the event does not concern bends. The smaller one counts.
+// The time of a break point may be off to either side: the samples have the signs of rounding.
 void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   if (!has_event_) return;
   has_event_ = false;
@@ -267,7 +281,10 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
       const double linear = delay * slope_jump[i];
       if (std::abs(linear) < std::abs(jump[i])) jump[i] = linear;
     }
-    errors_.col(e) += std::copysign(1, event_.delay[e]) * jump;
+    double sign = std::copysign(1, event_.delay[e]);
+    if (event_.is_break && e == 0) sign = SignTowards(errors_.col(e), jump, step.x_size);
+    if (event_.is_break && e == 2) sign = SignsOfRounding(1, steps_)[0];
+    errors_.col(e) += sign * jump;
     shifts_[e] = std::max(RoundingOf(kOperationsOfTime) * sources.begin, delay);
   }
 }
@@ -334,6 +351,7 @@ ErrorGrowth::Largest ErrorGrowth::InRows(const LinearOutput& output, const StepR
   errors.truncation += rows.truncation;
   errors.with_signs += rows.truncation;
   errors.rounding += RoundingOf(kOperationsOfRow) * rows.terms + RowMaxAbs(Matrix(output.state * left_inside));
+  if (rows.slope_noise.size() > 0) errors.rounding += kOfNoise * rows.slope_noise;
   return errors;
 }
 

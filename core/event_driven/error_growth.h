@@ -50,6 +50,8 @@ class ErrorGrowth {
   // `guard`: the one that ends the mode at `s_end`, if one does. Returns how far the time of that event may be off.
   double AddStep(const SmoothStep& step, const StepSources& sources, const OverlookedByCause& overlooked, double s_end,
                  std::optional<Index> guard);
+  // A break point of the sources at the end of `step`, whose time may be off by `rounding`.
+  void AddBreak(const SmoothStep& step, const StepSources& sources, double rounding);
   // The part of a change of x that is more than the errors so far.
   Vector Unexplained(const Vector& change) const;
   // Adds what x may be off by at the time reached, by rounding.
@@ -81,15 +83,17 @@ class ErrorGrowth {
     void Raise(Index i, double of_truncation, double of_signs, double of_rounding);
   };
 
-  // An event, at position `s` of the step that found it, after which x' is not known yet.
+  // An event or a break point, at position `s` of the step that led to it, after which x' is not known yet.
   struct Event {
     LegendreSeries x;
     double length;
     double s;
+    bool is_break = false;
     Vector slope;
     std::array<double, kErrors> delay;
   };
   void Pass(const SmoothStep& step, const StepSources& sources);
+  void BeginJump(const SmoothStep& step, const StepSources& sources, double s);
   double BeginEvent(const SmoothStep& step, const StepSources& sources, double s_end, Index guard);
   // The signs that the error with this index is given, where it has those of `values`.
   Vector Signs(Index error, const Eigen::Ref<const Vector>& values) const;

@@ -36,6 +36,15 @@ constexpr double kNearEnd = 0.25;
 // modes are as short where they accumulate.
 constexpr double kShortModePart = 1e-6;
 
+// The times at which formulas of f and g jump, in order, with what rounding makes of them.
+std::vector<UncertainTime> TimesOfJumps(const Problem& problem) {
+  std::vector<UncertainTime> times = UncertainBreakPoints(problem.f, problem.horizon);
+  const std::vector<UncertainTime> of_g = UncertainBreakPoints(problem.g, problem.horizon);
+  times.insert(times.end(), of_g.begin(), of_g.end());
+  std::sort(times.begin(), times.end(), [](const UncertainTime& a, const UncertainTime& b) { return a.time < b.time; });
+  return times;
+}
+
 double StepWithoutMode(const Problem& problem) {
   const double norm = InfinityNorm(Balance(problem.A.Dense()).matrix);
   return norm > 0 ? 4 / norm : problem.horizon;
@@ -57,7 +66,7 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double asked, double tol
       errors_(problem_),
       repelled_(problem_.num_constraints()),
       relay_jumps_(problem_, context.selection, context.y_is_lipschitz()),
-      uncertain_times_(UncertainBreakPoints(problem_.f, problem_.horizon)),
+      uncertain_times_(TimesOfJumps(problem_)),
       progress_(context),
       x_(problem_.x0),
       y_(Vector::Zero(problem_.num_constraints())),
@@ -78,38 +87,28 @@ bool EventDrivenLoop::Run() {
   ends.push_back(problem_.horizon);
   // Both sides of a break point are known to rounding, which is all that makes g jump at a kink there.
   bool may_jump = true;
-  double before = 0;
-  for (std::size_t k = 0; k < ends.size(); ++k) {
-    const double end = ends[k];
+  for (const double end : ends) {
     const bool starts = t_ == 0 || (may_jump && sampler_.GJumps(t_, kLcpTolerance * context_.starts.row_size));
     if (starts && !Start(t_)) return false;
     if (!Cross(end)) return false;
-    if (end < problem_.horizon) CountTimeOfJump(end, std::min(end - before, ends[k + 1] - end));
-    before = end;
     may_jump = std::binary_search(breaks.begin(), breaks.end(), end);
+    if (may_jump && !record_.intervals.back().coupled) errors_.AddBreak(step_, sources_, ErrorOfBreak(end));
     if (may_jump || end == problem_.horizon) Record(output_.EndInterval(end, x_, y_, w_));
   }
   progress_.Finish(problem_.horizon);
   return true;
 }
 
-// Times are known to rounding, or to that of the formula that jumps, within which a jump of f moves the state. That is
-// much where f is a pulse: where the next break point is so near that rounding is a part of the time between them.
-// Elsewhere it would count what fast states forget at once; the example llc.cir feels it.
-void EventDrivenLoop::CountTimeOfJump(double time, double nearest) {
-  double rounding = kUlp * time;
+// How far a break point may be off: its time is known to rounding, or to that of the formula that jumps there.
+double EventDrivenLoop::ErrorOfBreak(double time) const {
+  double error = kUlp * time;
   const double same = kSameTime * time;
   for (auto known = std::lower_bound(uncertain_times_.begin(), uncertain_times_.end(), time - same,
                                      [](const UncertainTime&of, double t) { return of.time < t; });
        known != uncertain_times_.end() && known->time <= time + same; ++known) {
-    rounding = std::max(rounding, known->error);
+    error = std::max(error, known->error);
   }
-  if (rounding < kShortestStep * nearest) return;
-  Vector before(problem_.num_states()), after(problem_.num_states());
-  sampler_.F(time, Side::kLeft, before);
-  sampler_.F(time, Side::kRight, after);
-  const Vector jump = (after - before).cwiseAbs();
-  if (jump.allFinite()) errors_.AddRounding(rounding * jump);
+  return error;
 }
 
 DataSizes EventDrivenLoop::SizesSoFar() const {
@@ -238,20 +237,29 @@ bool EventDrivenLoop::TryAgainFromBelow() {
   return true;
 }
 
-// The sources of a step in the mode, with g' where y depends on it: the slope of the polynomial of g has the rounding
-// of g over the length.
-void EventDrivenLoop::Sample(const Mode& mode, double begin, double end) {
-  sampler_.Sample(begin, end, sources_);
-  if (mode.guard.slope_g.size() > 0 && !sources_.g_is_steady) sampler_.SampleSlope(sources_);
+// A step from `start` in the mode, with the sources as they are. Where y depends on g', of which the polynomial of g
+// has the rounding of g over the length, and that is more than the tolerance of a step, it is taken with g' from g
+// itself.
+void EventDrivenLoop::TakeStep(const Mode& mode, const Vector& start, const EventGap* gap) {
+  const auto take = [&] {
+    return TakeSmoothStep(search_.StepperOf(mode, sources_.length), start, sources_, magnitudes_, tolerance_,
+                          ShareOfTolerance(sources_.length, problem_.horizon), gap);
+  };
+  step_ = take();
+  if (mode.guard.slope_g.size() == 0 || sources_.g_is_steady || sources_.g_slope.rows() > 0) return;
+  const auto depends = (mode.guard.slope_g.array() != 0).rowwise().any().eval();
+  const Vector sizes = SizeOfRows(step_.guard.values);
+  if (!(depends && step_.guard.noise.array() > tolerance_ * sizes.array()).any()) return;
+  sampler_.SampleSlope(sources_);
+  step_ = take();
 }
 
 // Takes a step from `begin` to `end` in place of one before it. Returns whether it is accurate.
 bool EventDrivenLoop::TakeOneMore(const Mode& mode, const Vector& start, double begin, double end,
                                   const EventGap* gap) {
-  Sample(mode, begin, end);
+  sampler_.Sample(begin, end, sources_);
   if (!sources_.finite) return false;
-  step_ = TakeSmoothStep(search_.StepperOf(mode, sources_.length), start, sources_, magnitudes_, tolerance_,
-                         ShareOfTolerance(sources_.length, problem_.horizon), gap);
+  TakeStep(mode, start, gap);
   ++record_.rejected_steps;
   return step_.error_ratio <= 1;
 }
@@ -293,20 +301,17 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   const double length = length_.Next(*mode_, limit - t_);
   const double share = ShareOfTolerance(length, problem_.horizon);
   const double step_end = length == limit - t_ ? limit : t_ + length;  // not beyond a break point by rounding
-  Sample(*mode_, t_, step_end);
+  sampler_.Sample(t_, step_end, sources_);
   if (!sources_.finite) return FailNonFinite();
   magnitudes_.RaiseReach(mode_->dynamics, std::max(mode_->rate, 1 / problem_.horizon), sources_.f_size);
   x_start_ = x_;
   if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_start_))
     return GiveUpMode("the state is off the constraints of the active set");
-  const auto stepper = search_.StepperOf(*mode_, sources_.length);
-  const auto take = [&] {
-    return TakeSmoothStep(stepper, x_start_, sources_, magnitudes_, tolerance_, share, gap_ ? &*gap_ : nullptr);
-  };
-  step_ = take();
+  const EventGap* gap = gap_ ? &*gap_ : nullptr;
+  TakeStep(*mode_, x_start_, gap);
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
     if (!sources_.finite) return FailNonFinite();
-    step_ = take();
+    TakeStep(*mode_, x_start_, gap);
   }
   const double shortest = length_.ShortestStep(t_, mode_);
   if (!(step_.error_ratio <= 1)) return Repeat(length_.AfterError(step_, length, shortest));

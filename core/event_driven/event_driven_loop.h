@@ -61,12 +61,12 @@ class EventDrivenLoop {
   bool TakeCoupledSteps(double end);
 
   bool PassKink();
-  void CountTimeOfJump(double time, double nearest);
+  double ErrorOfBreak(double time) const;
   bool IsStuck();
   bool IsBeyondWork() const;
   Progressed FailNonFinite();
   DataSizes SizesSoFar() const;
-  void Sample(const Mode& mode, double begin, double end);
+  void TakeStep(const Mode& mode, const Vector& start, const EventGap* gap);
   double ErrorOfStart() const;
   bool HasDips(double s_end, double length);
   void MeasureOutputs(double s_end);
@@ -85,7 +85,7 @@ class EventDrivenLoop {
   ErrorGrowth errors_;
   RepelledStarts repelled_;
   RelayJumps relay_jumps_;
-  std::vector<UncertainTime> uncertain_times_;  // of jumps of f
+  std::vector<UncertainTime> uncertain_times_;  // of jumps of f and g
   std::optional<FlowDerivative> flow_;
   std::optional<OutputEvaluator> outputs_;
   Progress progress_;

@@ -300,6 +300,7 @@ void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source
   LegendreSeries rows = Apply(mode_->F, solution.x) + source;
   Vector noise = kUlp * (mode_->F_terms * SizeOfRows(solution.x) + SizeOfRows(source)) + source_noise;
   const Index first = rows.rows() - mode_->num_algebraic;
+  Vector of_source = Vector::Zero(rows.rows());
   for (Index i = first; i < rows.rows(); ++i) {
     noise[i] = of_derivative * (kUlp * source.row(i).cwiseAbs().sum() + source_noise[i]);
     if (slope.noise.size() > 0 && slope.noise[i - first] < noise[i]) {
@@ -307,6 +308,7 @@ void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source
       noise[i] = slope.noise[i - first];
     } else {
       rows.row(i) = -1 / half_ * DerivativeOf(LegendreVector(source.row(i))).transpose();
+      of_source[i] = noise[i];
     }
   }
   const LegendreSeries by_rows = Apply(mode_->solve_slope, rows);
@@ -323,6 +325,7 @@ void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source
     solution.slope.row(i) = 1 / half_ * DerivativeOf(LegendreVector(solution.x.row(i))).transpose();
     solution.slope_noise[i] = by_polynomial;
   }
+  solution.of_slope_of_source = AbsTimes(mode_->solve_slope, of_source).cwiseMin(solution.slope_noise);
 }
 
 Vector ModeStepper::Stiffness(const Vector& size) const {

@@ -193,7 +193,10 @@ void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, St
   noise = RoundingOf(kOperationsOfStep) * rows.terms;
   if (output.g.size() > 0) noise += AbsTimes(output.g, sources_.g_noise);
   if (output.f.size() > 0) noise += AbsTimes(output.f, sources_.f_noise);
-  if (output.slope.size() > 0) noise += kOfSlopes * AbsTimes(output.slope, solution_.slope_noise);
+  if (output.slope.size() > 0) {
+    rows.slope_noise = AbsTimes(output.slope, solution_.of_slope_of_source);
+    noise += kOfSlopes * AbsTimes(output.slope, solution_.slope_noise);
+  }
   const Vector coefficients = kOfCoefficient * noise + AbsTimes(output.state, x_coefficients_);
   // Where a row is a small difference of states, such as the voltage of a high resistance between inductors, what
   // rounding does to them mostly cancels.
@@ -267,7 +270,10 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   step.stepper = std::move(stepper);
   const Vector noise_of_sources = kOfNoise * InRows(mode, sources.f_noise, sources.g_noise);
   ModeStepper::SlopeOfSource slope;
-  if (sources.g_slope.rows() > 0 && mode.num_algebraic > 0) {
+  if (sources.g_is_steady && mode.num_algebraic > 0) {
+    slope.values = LegendreSeries::Zero(mode.num_algebraic, kLegendreSize);
+    slope.noise = Vector::Zero(mode.num_algebraic);
+  } else if (sources.g_slope.rows() > 0 && mode.num_algebraic > 0) {
     slope.values = mode.algebraic_g() * sources.g_slope;
     slope.noise = AbsTimes(mode.algebraic_g(), sources.g_slope_noise);
   }

@@ -22,6 +22,7 @@ struct StepRows {
   Vector tail;        // the part of it that vanishes at the end
   Vector noise;       // a bound of the rounding
   Vector terms;       // the sum of the absolute values of the terms
+  Vector slope_noise;  // the part of the noise that x' has by slopes of sources; empty where no row depends on it
 };
 
 // x, y, the guards of `mode` and the outputs (without their sources h) on a step, as polynomials in s.

@@ -127,12 +127,18 @@ TEST(RelaysTest, CountsHowLongAnArgumentIsNearZero) {
 TEST(RelaysTest, CountsTheRoundingInsideTheArgumentOfAJump) {
   for (const double offset : {0.0, 1e6, 1e12, 1e15}) {
     const std::string number = FormatNumber(offset);
-    Problem problem = Relays(Matrix{{0}}, Matrix{{0}}, Matrix{{0}}, Vector{{0}}, 4);
-    problem.f = TimeFunction::Formulas({"floor(2*t+" + number + ")-" + number});
-    const Solution solution = SolveAt(problem, 1e-9, {4});
-    const double error = std::abs(LastState(solution)[0] - 14);
-    EXPECT_LE(error, solution.accuracy.error * 14) << offset;
-    EXPECT_EQ(JudgeSolution(solution).kind == VerdictKind::kSolved, offset < 1e7) << offset;
+    const std::string jumps = "floor(2*t+" + number + ")-" + number;
+    Problem by_f = Relays(Matrix{{0}}, Matrix{{0}}, Matrix{{0}}, Vector{{0}}, 4), by_g = by_f;
+    by_f.f = TimeFunction::Formulas({jumps});
+    by_g.B = Matrix{{1, 0}};
+    by_g.M = Matrix{{1, 0}, {0, 1}};
+    by_g.g = TimeFunction::Formulas({number + "-floor(2*t+" + number + ")", "1"});
+    for (const Problem* problem : {&by_f, &by_g}) {
+      const Solution solution = SolveAt(*problem, 1e-9, {4});
+      const double error = std::abs(LastState(solution)[0] - 14);
+      EXPECT_LE(error, solution.accuracy.error * 14) << offset;
+      EXPECT_EQ(JudgeSolution(solution).kind == VerdictKind::kSolved, offset < 1e7) << offset;
+    }
   }
 }
 
