@@ -10,8 +10,10 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <tuple>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/problem/verdict.h"
 #include "core/problem/violation_list.h"
@@ -471,6 +473,26 @@ TEST(PeriodicTest, DisturbancesDoWhatTheMultipliersSay) {
   EXPECT_GE(stable, 30);
   EXPECT_GE(unstable, 2);
   EXPECT_LE(none, 1);
+}
+
+// What the start is off by grows within the period, since the stop turns speed into force.
+TEST(PeriodicTest, TheEndIsAsAccurateAsTheStart) {
+  for (const auto& [damping, force, omega] : {std::tuple{0.3, 0.3, 3.5}, std::tuple{0.05, 1.0, 2.8}}) {
+    const Problem problem =
+        System(Matrix{{0, 1}, {-1, -damping}}, Matrix{{0}, {1}}, Matrix{{1, 0}}, Matrix{{0.01}},
+               TimeFunction::Formulas({"0", FormatNumber(force) + "*cos(" + FormatNumber(omega) + "*t)"}),
+               TimeFunction::Constant(Vector{{-0.3}}), Vector{{0.5, 0}}, 200);
+    const double period = 2 * kPi / omega;
+    const Solution exact = FoundPeriodic(problem, period, 1e-11);
+    for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7, 1e-8}) {
+      const Solution solution = FoundPeriodic(problem, period, tolerance);
+      const Vector sizes = RowMaxAbs(exact.x);
+      for (const Index column : {Index{0}, exact.x.cols() - 1}) {
+        const Vector error = (solution.x.col(column ? solution.x.cols() - 1 : 0) - exact.x.col(column)).cwiseAbs();
+        EXPECT_LT(error.cwiseQuotient(sizes).maxCoeff(), tolerance) << omega << " " << tolerance;
+      }
+    }
+  }
 }
 
 // A force in a potential with two wells: x'' = -d x' + x - 2 (the part of x beyond [-1, 1]) + F cos 2πt: near -2 and 2
