@@ -268,12 +268,14 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
 // Between the true time of the event and the one that was found the state went on as before instead of as after it. How
 // much that is by the jump of x', and by the polynomials on both sides: the first is too much where a fast state
 // settles in less time, the second where a fast state that the event does not concern bends. The smaller one counts.
-// The time of a break point may be off to either side: the samples have the signs of rounding.
+// The time of a break point may be off to either side: the samples have the signs of rounding. If it is off by more
+// than the rounding of times, there are times to ask for in between, at which fast states are off before they settle.
 void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   if (!has_event_) return;
   has_event_ = false;
   last_event_ = sources.begin;
   const Vector slope_jump = event_.slope - SlopeAt(step, sources, -1);
+  Vector of_break = Vector::Zero(slope_jump.size());
   for (Index e = 0; e < kErrors; ++e) {
     const double delay = std::abs(event_.delay[e]);
     Vector jump = Moved(event_.x, event_.length, event_.s, delay) - Moved(step.x, sources.length, -1, delay);
@@ -285,8 +287,11 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
     if (event_.is_break && e == 0) sign = SignTowards(errors_.col(e), jump, step.x_size);
     if (event_.is_break && e == 2) sign = SignsOfRounding(1, steps_)[0];
     errors_.col(e) += sign * jump;
+    if (event_.is_break && delay > RoundingOf(kOperationsOfTime) * sources.begin)
+      of_break = of_break.cwiseMax(jump.cwiseAbs());
     shifts_[e] = std::max(RoundingOf(kOperationsOfTime) * sources.begin, delay);
   }
+  for (Index i = 0; i < of_break.size(); ++i) x_.Raise(i, 0, 0, of_break[i]);
 }
 
 Vector ErrorGrowth::Unexplained(const Vector& change) const {

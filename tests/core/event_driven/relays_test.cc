@@ -142,5 +142,19 @@ TEST(RelaysTest, CountsTheRoundingInsideTheArgumentOfAJump) {
   }
 }
 
+// A fast state is off before it settles, where the time of a jump is not known. Within the rounding of times no node
+// shows that.
+TEST(RelaysTest, CountsFastStatesBesideAJumpOfUnknownTime) {
+  for (const double offset : {0.0, 1e12}) {
+    const std::string number = FormatNumber(offset);
+    Problem problem = Relays(Matrix{{-1e5}}, Matrix{{0}}, Matrix{{0}}, Vector{{1}}, 1);
+    problem.f = TimeFunction::Formulas({"floor(2*t+" + number + ")-" + number});
+    const Solution solution = SolveAt(problem, 1e-7, {0.5, 1});
+    const double error = solution.x(0, 0);  // x(0.5) = exp(-5e4)
+    EXPECT_LE(error, solution.accuracy.errors.x.truncation[0] + solution.accuracy.errors.x.rounding[0]) << offset;
+    EXPECT_EQ(JudgeSolution(solution).kind == VerdictKind::kSolved, offset == 0) << offset;
+  }
+}
+
 }  // namespace
 }  // namespace dlcs
