@@ -88,13 +88,9 @@ void CarryLastColumn(StateArchive& state, SolveContext& context) {
   solution.w.col(recorded - 1) = w;
 }
 
-}  // namespace
-
-bool ResumeFromCheckpoint(SolveContext& context, const CarryMethod& carry) {
-  CheckpointRecord& checkpoints = context.checkpoints;
-  if (!checkpoints.resume) return true;
-  checkpoints.refused = true;  // until all of it is found to fit
-  const ResumePoint& earlier = *checkpoints.resume;
+// Sets the context and the method to the state of the resume point. False if it does not fit.
+bool Restore(SolveContext& context, const CarryMethod& carry) {
+  const ResumePoint& earlier = *context.checkpoints.resume;
   StateArchive state(earlier.state);
   std::vector<Index> fingerprint;
   double seconds = 0;
@@ -105,7 +101,7 @@ bool ResumeFromCheckpoint(SolveContext& context, const CarryMethod& carry) {
   if (version < kOldestVersion || fingerprint != Fingerprint(context)) return false;
   CarryContext(state, version, context);
   const Index recorded = context.recorder.recorded();
-  const Index parted = checkpoints.parted = std::max<Index>(recorded - 1, 0);
+  const Index parted = context.checkpoints.parted = std::max<Index>(recorded - 1, 0);
   Solution& solution = context.solution;
   const bool fits = state.ok() && recorded <= solution.x.cols() && earlier.x.cols() >= parted &&
                     earlier.y.cols() >= parted && earlier.w.cols() >= parted && earlier.x.rows() == solution.x.rows() &&
@@ -117,11 +113,20 @@ bool ResumeFromCheckpoint(SolveContext& context, const CarryMethod& carry) {
   solution.w.leftCols(parted) = earlier.w.leftCols(parted);
   CarryLastColumn(state, context);
   carry(state);
-  checkpoints.resumed = state.at_end();
-  checkpoints.refused = !checkpoints.resumed;
   // Seconds count those of all attempts.
   context.started -=
       std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
+  return state.at_end();
+}
+
+}  // namespace
+
+bool ResumeFromCheckpoint(SolveContext& context, const CarryMethod& carry) {
+  CheckpointRecord& checkpoints = context.checkpoints;
+  if (!checkpoints.resume) return true;
+  // A stop while matrices are made again throws, and is no refusal.
+  checkpoints.resumed = Restore(context, carry);
+  checkpoints.refused = !checkpoints.resumed;
   return checkpoints.resumed;
 }
 

@@ -2,9 +2,12 @@
 // Interrupted at every checkpoint and resumed, a solve has the bits of one that was not.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstring>
 #include <functional>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/models/signorini.h"
@@ -134,6 +137,23 @@ TEST_P(CheckpointTest, AStopBeforeItGoesOnIsNoRefusal) {
   const auto stopped = Solve(tested.problem(), tested.options, silent, taker.stop.get_token(), nullptr, &taker.point);
   ASSERT_TRUE(stopped.ok()) << stopped.status();
   EXPECT_EQ(stopped->termination, Termination::kCancelled);
+}
+
+// The matrices of a step are made again before the solve resumes, and that may be stopped too.
+TEST_P(CheckpointTest, AStopWhileItResumesIsNoRefusal) {
+  const Case& tested = GetParam();
+  Taker taker(1);
+  ASSERT_TRUE(Solve(tested.problem(), tested.options, taker, taker.stop.get_token()).ok());
+  for (int delay = 0; delay < 20; ++delay) {
+    std::stop_source stop;
+    const std::jthread stops([&] {
+      std::this_thread::sleep_for(std::chrono::microseconds(100 * delay));
+      stop.request_stop();
+    });
+    Observer silent;
+    const auto stopped = Solve(tested.problem(), tested.options, silent, stop.get_token(), nullptr, &taker.point);
+    ASSERT_TRUE(stopped.ok()) << stopped.status();
+  }
 }
 
 TEST_P(CheckpointTest, TakingCheckpointsChangesNothing) {
