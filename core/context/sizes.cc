@@ -276,15 +276,15 @@ class Advisor {
 
 double Advisor::SufficientTolerance(const Component& component, double truncation) {
   const ErrorsByCause& errors = accuracy_.errors.of(component.kind);
-  const double own = errors.own[component.index], rounding = errors.rounding[component.index];
-  const double error = SufficientError(truncation, rounding);
+  const double own = errors.own[component.index], rounding = RoundingBySamples(errors, component.index);
+  const double error = SufficientError(truncation, errors.rounding[component.index]);
   const std::optional<double> given = AbsoluteToleranceOf(options_, component);
   if (error <= given.value_or(0)) return 0;
   const double known = error / own;
-  if (given || !(truncation <= kOfSamples * rounding)) return known;
+  if (given || !(truncation <= rounding)) return known;
   const Vector& sizes = beside_.of(component.kind).size;
   const double beside = sizes.size() > 0 ? sizes[component.index] : own;
-  return std::min(known, std::max(own, kOfSamples * kOfSamples * rounding) / beside);
+  return std::min(known, std::max(own, kOfSamples * rounding) / beside);
 }
 
 Advice::OfComponent Advisor::Absolute(const Component& component, double own, double truncation, double rounding) {

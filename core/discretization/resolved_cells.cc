@@ -27,7 +27,8 @@ struct ResolvedCells::Kept {
 ResolvedCells::ResolvedCells(const Problem& problem, std::initializer_list<const TimeFunction*> functions)
     : breaks_(BreakPoints(problem)), horizon_(problem.horizon) {
   breaks_.push_back(problem.horizon);
-  for (const TimeFunction* function : functions) Add(problem, *function);
+  std::set<Known> known;
+  for (const TimeFunction* function : functions) Add(problem, *function, known);
   if (!sources_.empty()) ResumeFromKept();
 }
 
@@ -62,7 +63,7 @@ void ResolvedCells::ResumeFromKept() {
   for (std::size_t k = 0; k < sources_.size(); ++k) sources_[k].size = kept_->sizes[k];
 }
 
-void ResolvedCells::Add(const Problem& problem, const TimeFunction& function) {
+void ResolvedCells::Add(const Problem& problem, const TimeFunction& function, std::set<Known>& known) {
   for (AnalyzedComponent& component : AnalyzeFormulas(function, horizon_)) {
     const FormulaTree& tree = component.formula->tree;
     if (!tree.depends_on_t) continue;
@@ -72,10 +73,7 @@ void ResolvedCells::Add(const Problem& problem, const TimeFunction& function) {
     const std::size_t next = component.piece + 1;
     const double from = component.piece == 0 ? 0 : function.pieces[component.piece].start;
     const double to = next < function.pieces.size() ? function.pieces[next].start : horizon_;
-    const bool is_there = std::any_of(sources_.begin(), sources_.end(), [&](const Source& source) {
-      return source.formula == component.formula && source.from == from && source.to == to;
-    });
-    if (is_there) continue;
+    if (!known.emplace(component.formula.get(), from, to).second) continue;
     sources_.push_back({std::move(component.formula), FormulaMajorant(tree), from, to});
   }
 }

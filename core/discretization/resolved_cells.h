@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <initializer_list>
 #include <memory>
+#include <set>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -83,7 +85,9 @@ class ResolvedCells {
 
   void ResumeFromKept();
   void BeginAnewAt(double begin);
-  void Add(const Problem& problem, const TimeFunction& function);
+  // A formula and its piece: equal ones have the same cells.
+  using Known = std::tuple<const AnalyzedFormula*, double, double>;
+  void Add(const Problem& problem, const TimeFunction& function, std::set<Known>& known);
   void AddCell();
   bool IsHidden(double lo, double hi);
   Resolution Resolve(double lo, double hi);

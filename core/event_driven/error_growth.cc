@@ -274,24 +274,30 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   if (!has_event_) return;
   has_event_ = false;
   last_event_ = sources.begin;
+  const double rounding_of_time = RoundingOf(kOperationsOfTime) * sources.begin;
+  for (Index e = 0; e < kErrors; ++e) shifts_[e] = std::max(rounding_of_time, std::abs(event_.delay[e]));
   const Vector slope_jump = event_.slope - SlopeAt(step, sources, -1);
-  Vector of_break = Vector::Zero(slope_jump.size());
-  for (Index e = 0; e < kErrors; ++e) {
-    const double delay = std::abs(event_.delay[e]);
+  const auto jump_within = [&](double delay) {
     Vector jump = Moved(event_.x, event_.length, event_.s, delay) - Moved(step.x, sources.length, -1, delay);
     for (Index i = 0; i < jump.size(); ++i) {
       const double linear = delay * slope_jump[i];
       if (std::abs(linear) < std::abs(jump[i])) jump[i] = linear;
     }
-    double sign = std::copysign(1, event_.delay[e]);
-    if (event_.is_break && e == 0) sign = SignTowards(errors_.col(e), jump, step.x_size);
-    if (event_.is_break && e == 2) sign = SignsOfRounding(1, steps_)[0];
-    errors_.col(e) += sign * jump;
-    if (event_.is_break && delay > RoundingOf(kOperationsOfTime) * sources.begin)
-      of_break = of_break.cwiseMax(jump.cwiseAbs());
-    shifts_[e] = std::max(RoundingOf(kOperationsOfTime) * sources.begin, delay);
+    return jump;
+  };
+  if (!event_.is_break) {
+    for (Index e = 0; e < kErrors; ++e) {
+      errors_.col(e) += std::copysign(1, event_.delay[e]) * jump_within(std::abs(event_.delay[e]));
+    }
+    return;
   }
-  for (Index i = 0; i < of_break.size(); ++i) x_.Raise(i, 0, 0, of_break[i]);
+  const double delay = event_.delay[0];
+  const Vector jump = jump_within(delay);
+  const std::array<double, kSamples> signs = {SignTowards(errors_.col(0), jump, step.x_size), 1,
+                                              SignsOfRounding(1, steps_)[0]};
+  for (Index e = 0; e < kSamples; ++e) errors_.col(e) += signs[static_cast<std::size_t>(e)] * jump;
+  if (!(delay > rounding_of_time)) return;
+  for (Index i = 0; i < jump.size(); ++i) x_.Raise(i, 0, 0, std::abs(jump[i]));
 }
 
 Vector ErrorGrowth::Unexplained(const Vector& change) const {
@@ -356,7 +362,7 @@ ErrorGrowth::Largest ErrorGrowth::InRows(const LinearOutput& output, const StepR
   errors.truncation += rows.truncation;
   errors.with_signs += rows.truncation;
   errors.rounding += RoundingOf(kOperationsOfRow) * rows.terms + RowMaxAbs(Matrix(output.state * left_inside));
-  if (rows.slope_noise.size() > 0) errors.rounding += kOfNoise * rows.slope_noise;
+  if (rows.source_slope_noise.size() > 0) errors.rounding += kOfNoise * rows.source_slope_noise;
   return errors;
 }
 

@@ -325,7 +325,7 @@ void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source
     solution.slope.row(i) = 1 / half_ * DerivativeOf(LegendreVector(solution.x.row(i))).transpose();
     solution.slope_noise[i] = by_polynomial;
   }
-  solution.of_slope_of_source = AbsTimes(mode_->solve_slope, of_source).cwiseMin(solution.slope_noise);
+  solution.source_slope_noise = AbsTimes(mode_->solve_slope, of_source).cwiseMin(solution.slope_noise);
 }
 
 Vector ModeStepper::Stiffness(const Vector& size) const {

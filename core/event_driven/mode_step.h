@@ -40,9 +40,9 @@ class ModeStepper {
 
   struct Solution {
     LegendreSeries x;
-    LegendreSeries slope;  // x', as a polynomial of degree K - 1; empty for an explicit mode
-    Vector slope_noise;    // the rounding error of each row of it, ...
-    Vector of_slope_of_source;  // ... and the part of it that the slopes of polynomials of sources have
+    LegendreSeries slope;       // x', as a polynomial of degree K - 1; empty for an explicit mode
+    Vector slope_noise;         // the rounding error of each row of it, ...
+    Vector source_slope_noise;  // ... and the part of it that the slopes of polynomials of sources have
     // A fast state that does not start where it settles leaves a multiple of P_K - P_{K-1} on a step that is much
     // longer than it takes to settle. No Radau point sees it. It is subtracted: x and slope are what remains. Of each
     // state what was subtracted, ...

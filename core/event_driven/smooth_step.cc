@@ -194,7 +194,7 @@ void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, St
   if (output.g.size() > 0) noise += AbsTimes(output.g, sources_.g_noise);
   if (output.f.size() > 0) noise += AbsTimes(output.f, sources_.f_noise);
   if (output.slope.size() > 0) {
-    rows.slope_noise = AbsTimes(output.slope, solution_.of_slope_of_source);
+    rows.source_slope_noise = AbsTimes(output.slope, solution_.source_slope_noise);
     noise += kOfSlopes * AbsTimes(output.slope, solution_.slope_noise);
   }
   const Vector coefficients = kOfCoefficient * noise + AbsTimes(output.state, x_coefficients_);

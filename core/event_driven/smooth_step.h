@@ -18,11 +18,11 @@ namespace dlcs {
 // Linear functions of the solution on a step, as polynomials in s.
 struct StepRows {
   LegendreSeries values;
-  Vector truncation;  // the estimated error inside the step
-  Vector tail;        // the part of it that vanishes at the end
-  Vector noise;       // a bound of the rounding
-  Vector terms;       // the sum of the absolute values of the terms
-  Vector slope_noise;  // the part of the noise that x' has by slopes of sources; empty where no row depends on it
+  Vector truncation;          // the estimated error inside the step
+  Vector tail;                // the part of it that vanishes at the end
+  Vector noise;               // a bound of the rounding
+  Vector source_slope_noise;  // the part of it that slopes of sources have; empty where no row depends on x'
+  Vector terms;               // the sum of the absolute values of the terms
 };
 
 // x, y, the guards of `mode` and the outputs (without their sources h) on a step, as polynomials in s.

@@ -351,7 +351,7 @@ void Search::KeepIfClose() {
 
 // Together they may take as many steps without progress as periods were followed.
 absl::StatusOr<Search::Outcome> Search::TryCloseReturns() {
-  const Iterate last = current_;
+  Iterate last = std::move(current_);
   for (const CloseReturn& close : close_returns_) {
     auto iterate = Evaluate(close.x, close.y, close.period, /*accurate=*/false);
     if (!iterate.ok()) return iterate.status();
@@ -361,7 +361,7 @@ absl::StatusOr<Search::Outcome> Search::TryCloseReturns() {
     const auto outcome = RunNewton();
     if (!outcome.ok() || *outcome != Outcome::kSearching) return outcome;
   }
-  current_ = last;
+  current_ = std::move(last);
   return Outcome::kSearching;
 }
 
