@@ -82,6 +82,13 @@ double DelayOf(double error, double speed, double curvature) {
   return squared >= 0 ? 2 * error / (std::copysign(std::sqrt(squared), -speed) - speed) : -speed / curvature;
 }
 
+// w of a step at `s`.
+Vector SlacksAt(const SmoothStep& step, const LegendreVector& at) {
+  Vector w = ValueOf(step.guard.values, at);
+  for (const Index i : step.stepper->mode().active) w[i] = 0;
+  return w;
+}
+
 // How far the polynomial x of a step moves in `time` from position s on, as a line beyond its end.
 Vector Moved(const LegendreSeries& x, double length, double s, double time) {
   const double inside = std::min(time, (1 - s) / 2 * length);
@@ -107,7 +114,8 @@ ErrorGrowth::ErrorGrowth(const Problem& problem)
       x_(problem.num_states()),
       y_(problem.num_constraints()),
       w_(problem.num_constraints()),
-      outputs_(problem.outputs.shown()) {
+      outputs_(problem.outputs.shown()),
+      overlooked_y_(Vector::Zero(problem.num_constraints())) {
   const Vector& x0 = problem.x0;
   for (Index e = 0; e < kSamples; ++e) {
     errors_.col(e) = kUlp * SignsOfRounding(x0.size(), static_cast<unsigned>(e)).cwiseProduct(x0);
@@ -240,6 +248,10 @@ void ErrorGrowth::BeginJump(const SmoothStep& step, const StepSources& sources, 
   event_.s = s;
   event_.is_break = false;
   event_.slope = SlopeAt(step, sources, s);
+  const LegendreVector at = LegendreValues(s);
+  event_.y = ValueOf(step.y, at);
+  event_.w = SlacksAt(step, at);
+  event_.outputs = ValueOf(step.outputs.values, at);
   has_event_ = true;
 }
 
@@ -276,6 +288,7 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   last_event_ = sources.begin;
   const double rounding_of_time = RoundingOf(kOperationsOfTime) * sources.begin;
   for (Index e = 0; e < kErrors; ++e) shifts_[e] = std::max(rounding_of_time, std::abs(event_.delay[e]));
+  RaiseJumps(step);
   const Vector slope_jump = event_.slope - SlopeAt(step, sources, -1);
   const auto jump_within = [&](double delay) {
     Vector jump = Moved(event_.x, event_.length, event_.s, delay) - Moved(step.x, sources.length, -1, delay);
@@ -300,10 +313,25 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   for (Index i = 0; i < jump.size(); ++i) x_.Raise(i, 0, 0, std::abs(jump[i]));
 }
 
-Vector ErrorGrowth::Unexplained(const Vector& change) const {
-  const Largest errors = SizesOf(errors_);
-  return (change.cwiseAbs() - errors.truncation - errors.rounding).cwiseMax(0);
+// Beside a jump both limits are right within the error of its time. Elsewhere, and in integrals, what counts is
+// (z⁻ - z⁺) δt, here of the integral over [0, T].
+void ErrorGrowth::RaiseJumps(const SmoothStep& step) {
+  const LegendreVector at = LegendreValues(-1);
+  const Largest delays = SizesOf(Eigen::Map<const Eigen::Matrix<double, 1, kErrors>>(event_.delay.data()));
+  const double truncation = delays.truncation[0] / problem_.horizon, rounding = delays.rounding[0] / problem_.horizon;
+  const double with_signs = delays.with_signs[0] / problem_.horizon;
+  const auto raise = [&](const Vector& before, const Vector& after, Largest& of) {
+    for (Index i = 0; i < before.size(); ++i) {
+      const double jump = std::abs(after[i] - before[i]);
+      of.Raise(i, truncation * jump, with_signs * jump, rounding * jump);
+    }
+  };
+  raise(event_.y, ValueOf(step.y, at), y_);
+  raise(event_.w, SlacksAt(step, at), w_);
+  raise(event_.outputs, ValueOf(step.outputs.values, at), outputs_);
 }
+
+Vector ErrorGrowth::Unexplained(const Vector& change) const { return (change.cwiseAbs() - InState()).cwiseMax(0); }
 
 void ErrorGrowth::AddRounding(const Vector& amount) {
   for (Index e = 0; e < kSamples; ++e) AddTo(e, amount);
@@ -328,6 +356,11 @@ ErrorGrowth::ByCause ErrorGrowth::InGuards(const Mode& mode) const {
   return {TruncationOf(sizes.truncation, sizes.with_signs, sizes.rounding), sizes.rounding};
 }
 
+Vector ErrorGrowth::InState() const {
+  const Largest sizes = SizesOf(errors_);
+  return sizes.truncation + sizes.rounding;
+}
+
 void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts,
                                const OverlookedByCause& overlooked, const Matrix& left_inside) {
   const Mode& mode = step.stepper->mode();
@@ -341,6 +374,7 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slo
     const double dip = overlooked.truncation.y[i];
     y_.Raise(i, dip, dip, overlooked.rounding.y[i]);
   }
+  overlooked_y_ = overlooked_y_.cwiseMax(overlooked.y_size);
   if (outputs_.rounding.size() == 0) return;
   const Largest outputs = InRows(mode.outputs, step.outputs, slope_at, shifts, left_inside);
   const Vector dips = problem_.outputs.D.AbsTimes(overlooked.truncation.y);
@@ -376,7 +410,9 @@ TrajectoryErrors ErrorGrowth::Errors(const Magnitudes& sizes) const {
     const Vector rounding = errors.rounding + kUlp * own;
     return ErrorsByCause{own, bounded(TruncationOf(errors.truncation, errors.with_signs, rounding)), bounded(rounding)};
   };
-  TrajectoryErrors errors{by_cause(sizes.x, x_), by_cause(sizes.y, y_), by_cause(sizes.w, w_),
+  // A y_i that was always zero has the size of what may be missing of it.
+  const Vector y_sizes = (sizes.y.array() == 0).select(overlooked_y_, sizes.y);
+  TrajectoryErrors errors{by_cause(sizes.x, x_), by_cause(y_sizes, y_), by_cause(sizes.w, w_),
                           by_cause(sizes.outputs, outputs_)};
   // y_i and w_i are the two sides of one number, of which one that is always zero has an ulp. What is exactly zero
   // remains so.

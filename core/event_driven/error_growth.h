@@ -46,6 +46,7 @@ class ErrorGrowth {
   struct OverlookedByCause {
     Overlooked truncation, rounding;
     Overlooked with_signs;  // truncation with the signs that it has
+    Vector y_size;          // that y may have had where an event was overlooked
   };
   // `guard`: the one that ends the mode at `s_end`, if one does. Returns how far the time of that event may be off.
   double AddStep(const SmoothStep& step, const StepSources& sources, const OverlookedByCause& overlooked, double s_end,
@@ -61,6 +62,8 @@ class ErrorGrowth {
     Vector truncation, rounding;
   };
   ByCause InGuards(const Mode& mode) const;
+  // Both together, of each state.
+  Vector InState() const;
   // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.
   void Add(const Vector& error, const Vector& inside);
   // Of that step, how far w is off inside of it.
@@ -90,10 +93,13 @@ class ErrorGrowth {
     double s;
     bool is_break = false;
     Vector slope;
+    Vector y, w, outputs;
     std::array<double, kErrors> delay;
   };
   void Pass(const SmoothStep& step, const StepSources& sources);
   void BeginJump(const SmoothStep& step, const StepSources& sources, double s);
+  // What jumps of y, w and outputs come to by the error of the time of the event.
+  void RaiseJumps(const SmoothStep& step);
   double BeginEvent(const SmoothStep& step, const StepSources& sources, double s_end, Index guard);
   // The signs that the error with this index is given, where it has those of `values`.
   Vector Signs(Index error, const Eigen::Ref<const Vector>& values) const;
@@ -119,6 +125,7 @@ class ErrorGrowth {
   Eigen::RowVectorXd shifts_;  // of the last event, by each error
   unsigned steps_ = 0;
   Largest x_, y_, w_, outputs_;
+  Vector overlooked_y_;  // the largest y_size
 };
 
 }  // namespace dlcs

@@ -65,7 +65,7 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double asked, double tol
       output_(problem_, context.grid, context.options.keep_pieces),
       errors_(problem_),
       repelled_(problem_.num_constraints()),
-      relay_jumps_(problem_, context.selection, context.y_is_lipschitz()),
+      jumps_near_zero_(problem_, context.selection, context.y_is_lipschitz()),
       uncertain_times_(TimesOfJumps(problem_)),
       progress_(context),
       x_(problem_.x0),
@@ -454,7 +454,8 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   const ErrorGrowth::ByCause of_state = errors_.InGuards(*mode_);
   ErrorGrowth::OverlookedByCause overlooked = OverlookedEvents(problem_, step_, of_state, magnitudes_, s_end, end - t_,
                                                                length_.ShortestMode(t_, mode_), repelled_);
-  relay_jumps_.AddTo(step_, of_state, s_end, t_ == mode_begin_, guard, overlooked);
+  jumps_near_zero_.AddTo(step_, of_state, errors_.InState(), s_end, t_ == mode_begin_, guard, sampler_, sources_,
+                         overlooked);
   // Where x was close to constraints that should not hold yet, its projection onto them is an error.
   const Vector moved = (errors_.Unexplained(x_start_ - x_) - magnitudes_.x_noise).cwiseMax(0);
   for (ErrorGrowth::Overlooked* of : {&overlooked.truncation, &overlooked.with_signs}) {

@@ -16,6 +16,7 @@
 #include "core/event_driven/event_output.h"
 #include "core/event_driven/event_record.h"
 #include "core/event_driven/flow_derivative.h"
+#include "core/event_driven/jumps_near_zero.h"
 #include "core/event_driven/magnitudes.h"
 #include "core/event_driven/mode_end.h"
 #include "core/event_driven/mode_search.h"
@@ -84,7 +85,7 @@ class EventDrivenLoop {
   EventOutput output_;
   ErrorGrowth errors_;
   RepelledStarts repelled_;
-  RelayJumps relay_jumps_;
+  JumpsNearZero jumps_near_zero_;
   std::vector<UncertainTime> uncertain_times_;  // of jumps of f and g
   std::optional<FlowDerivative> flow_;
   std::optional<OutputEvaluator> outputs_;

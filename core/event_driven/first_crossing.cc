@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
@@ -142,25 +143,36 @@ Dip DipBelowZero(const LegendreVector& series, double shift, double end) {
   return dip;
 }
 
-double PartBelowZero(const LegendreVector& series, double shift, double end) {
+std::vector<PartOfStep> PartsBelowZero(const LegendreVector& series, double shift, double end) {
+  std::vector<PartOfStep> parts;
   double below = 0;
+  const auto add = [&](double from, double to) {
+    below += to - from;
+    if (!parts.empty() && parts.back().end == from) {
+      parts.back().end = to;
+    } else {
+      parts.push_back({from, to});
+    }
+  };
   ForPieces(series, shift, end, [&](const Piece& piece) {
     if (!HasNegative(piece.b)) return true;
     const double length = piece.end - piece.begin;
     if (piece.b.maxCoeff() <= 0) {
-      below += length;
+      add(piece.begin, piece.end);
     } else if (FallsOnce(piece.b)) {
-      below += piece.end - SimpleRoot(series, shift, piece.begin, piece.end);
+      add(SimpleRoot(series, shift, piece.begin, piece.end), piece.end);
     } else if (RisesOnce(piece.b)) {
-      below += SimpleRoot(-series, -shift, piece.begin, piece.end) - piece.begin;
+      add(piece.begin, SimpleRoot(-series, -shift, piece.begin, piece.end));
     } else if (length > std::max(kShortest, kAccuracy * below)) {
       return false;
     } else {
-      below += length / 2;
+      const bool at_end = piece.b[kLegendreDegree] < 0;
+      const double middle = piece.begin + length / 2;
+      add(at_end ? middle : piece.begin, at_end ? piece.end : middle);
     }
     return true;
   });
-  return below / (end + 1);
+  return parts;
 }
 
 std::optional<Minimum> LowestMinimum(const LegendreVector& series, double end) {

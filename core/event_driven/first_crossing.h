@@ -5,6 +5,7 @@
 #define DLCS_CORE_EVENT_DRIVEN_FIRST_CROSSING_H_
 
 #include <optional>
+#include <vector>
 
 #include "core/discretization/legendre.h"
 
@@ -29,9 +30,16 @@ struct Dip {
 // each value. Cost: K² if no Bernstein coefficient is negative, some 20 K² for a dip.
 Dip DipBelowZero(const LegendreVector& series, double shift, double end);
 
-// The part of [-1, end] on which Σ_k series[k] P_k + `shift` is negative, to a fifth. Cost: K² if no Bernstein
-// coefficient is negative, some 50 K² for each end of an interval.
-double PartBelowZero(const LegendreVector& series, double shift, double end);
+// A part of a step, in s.
+struct PartOfStep {
+  double begin;
+  double end;
+};
+
+// The parts of [-1, end] on which Σ_k series[k] P_k + `shift` is negative, in order. A part that begins at -1 or ends
+// at `end` does so exactly. Accuracy: a fifth of their length together. Cost: K² if no Bernstein coefficient is
+// negative, some 50 K² for each end of a part.
+std::vector<PartOfStep> PartsBelowZero(const LegendreVector& series, double shift, double end);
 
 // The lowest local minimum of Σ_k series[k] P_k inside (-1, end); of several within 1/12 of each other, one.
 struct Minimum {

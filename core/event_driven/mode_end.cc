@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "core/event_driven/first_crossing.h"
-#include "core/lcp/lcp.h"
 #include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
@@ -76,46 +75,6 @@ DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::By
   const double ulp = kUlp * std::max(so_far, MaxAbs(LooksBefore(s_end).transpose() * series));
   if (both.depth <= ulp) of_rounding = both;
   return {{both.depth - of_rounding.depth, both.mean - of_rounding.mean}, of_rounding, ulp};
-}
-
-// The ends of a step that are events of a guard.
-struct GuardEvents {
-  bool at_begin, at_end;
-};
-
-// The part of a step on which a guard is below `distance`, without that beside its events: it is near zero there, too,
-// and the errors of their times count that.
-double PartNearZero(const LegendreVector& series, double distance, double s_end, GuardEvents events) {
-  double part = PartBelowZero(series, -distance, s_end);
-  if (part == 0) return 0;
-  LegendreVector backwards = -series;
-  for (Index k = 1; k < kLegendreSize; k += 2) backwards[k] = -backwards[k];
-  if (events.at_begin) part -= (FirstCrossing(-series, distance).value_or(1) + 1) / (1 + s_end);
-  if (events.at_end) part -= std::max(0.0, s_end + FirstCrossing(backwards, distance).value_or(1)) / (1 + s_end);
-  return std::max(0.0, part);
-}
-
-// By how much y jumps where the guard falls through zero: the solution of the LCP for the y and w of the step where the
-// guard is lowest, with the guard as far below zero as `error`. Zero if the LCP alone does not decide.
-Vector JumpAcross(const Problem& problem, LcpSolver& lcp, const SmoothStep& step, Index guard, double error,
-                  double s_end) {
-  const std::vector<Index>& active = step.stepper->mode().active;
-  LegendreRows at;
-  LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, at);
-  Index lowest = 0;
-  (at * step.guard.values.row(guard).transpose()).minCoeff(&lowest);
-  const Vector guards = step.guard.values * at.row(lowest).transpose();
-  Vector y = Vector::Zero(guards.size()), w = guards;
-  Basis basis(static_cast<std::size_t>(guards.size()), 0);
-  for (const Index i : active) {
-    y[i] = guards[i];
-    w[i] = 0;
-    basis[static_cast<std::size_t>(i)] = 1;
-  }
-  (basis[static_cast<std::size_t>(guard)] ? y : w)[guard] = -error;
-  Vector after(y.size());
-  const LcpStatus status = lcp.Solve(w - problem.M * y, Vector::Zero(y.size()), basis, after);
-  return status == LcpStatus::kSolved ? Vector(after - y) : Vector::Zero(y.size());
 }
 
 // The fastest growth of y_T > 0 with w_T = 0 through x: y_T' = -(M_TT)⁻¹ N_T B_T y_T. Zero where y_T only decays, or is
@@ -249,35 +208,6 @@ double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, 
   return std::max(0.0, -std::exchange(start, {}).p);
 }
 
-RelayJumps::RelayJumps(const Problem& problem, Selection selection, bool y_is_lipschitz)
-    : problem_(problem), selection_(selection) {
-  if (y_is_lipschitz) return;
-  const Matrix &B = problem.B.Dense(), &N = problem.N.Dense(), &M = problem.M.Dense();
-  for (Index i = 0; i < problem.num_constraints(); ++i) {
-    if (M(i, i) == 0 && N.row(i).dot(B.col(i)) == 0) pairs_.push_back(i);
-  }
-}
-
-void RelayJumps::AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_state, double s_end, bool begins_mode,
-                       std::optional<Index> ends_mode, ErrorGrowth::OverlookedByCause& overlooked) {
-  if (!step.stepper->mode().is_explicit()) return;
-  for (const Index i : pairs_) {
-    const LegendreVector guard = step.guard.values.row(i).transpose();
-    const GuardEvents events{begins_mode, i == ends_mode};
-    const double noise = step.guard.noise[i], rounding = of_state.rounding[i];
-    const double truncation = step.guard.truncation[i] + of_state.truncation[i];
-    const double both = PartNearZero(guard, rounding + truncation, s_end, events);
-    const double of_rounding = PartNearZero(guard, rounding + std::min(truncation, kOfNoise * noise), s_end, events);
-    if (both == 0) continue;
-    const double of_truncation = std::max(0.0, both - of_rounding);
-    if (!lcp_) lcp_ = MakeLcpSolver(problem_.M, selection_);
-    const Vector jump = problem_.B * JumpAcross(problem_, *lcp_, step, i, noise + rounding + truncation, s_end);
-    overlooked.rounding.slope += of_rounding * jump.cwiseAbs();
-    overlooked.truncation.slope += of_truncation * jump.cwiseAbs();
-    overlooked.with_signs.slope += of_truncation * jump;
-  }
-}
-
 ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
                                                 const ErrorGrowth::ByCause& of_state, const Magnitudes& magnitudes,
                                                 double s_end, double duration, double shortest,
@@ -285,7 +215,7 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
   const Mode& mode = step.stepper->mode();
   const Vector no_state = Vector::Zero(problem.num_states());
   const ErrorGrowth::Overlooked nothing{no_state, no_state, Vector::Zero(problem.num_constraints())};
-  ErrorGrowth::OverlookedByCause overlooked{nothing, nothing, nothing};
+  ErrorGrowth::OverlookedByCause overlooked{nothing, nothing, nothing, nothing.y};
   for (Index i = 0; i < step.guard.values.rows(); ++i) {
     const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
     const LegendreVector guard = step.guard.values.row(i).transpose();

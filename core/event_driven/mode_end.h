@@ -5,14 +5,11 @@
 #define DLCS_CORE_EVENT_DRIVEN_MODE_END_H_
 
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/event_driven/error_growth.h"
 #include "core/event_driven/smooth_step.h"
-#include "core/lcp/basis/lcp_solver.h"
-#include "core/matrix_classes/matrix_class.h"
 #include "core/problem/problem.h"
 
 namespace dlcs {
@@ -74,26 +71,6 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
 // allowed nothing else. The arguments are those of OverlookedEvents().
 double RatioOfDips(const Problem& problem, const SmoothStep& step, const Magnitudes& magnitudes, double tolerance,
                    double s_end, double duration, double shortest);
-
-// Pairs whose y_i moves w_i neither at once nor through x, as those of a relay: other y jump where their guard passes
-// zero. So x' is off by that jump for as long as the guard is nearer to zero than its error.
-class RelayJumps {
- public:
-  // Keeps a reference. There are none where y is a Lipschitz function of x.
-  RelayJumps(const Problem& problem, Selection selection, bool y_is_lipschitz);
-
-  // Adds that of a step up to `s_end` in a mode where y is determined without x'. `begins_mode`: the step is the first
-  // one of its mode; `ends_mode`: the guard that ends it, if one does. `of_state`: the errors of guards that those of
-  // the state make. Cost: K² for each of the pairs, and an LCP where a guard comes near zero.
-  void AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_state, double s_end, bool begins_mode,
-             std::optional<Index> ends_mode, ErrorGrowth::OverlookedByCause& overlooked);
-
- private:
-  const Problem& problem_;
-  const Selection selection_;
-  std::vector<Index> pairs_;
-  std::unique_ptr<LcpSolver> lcp_;  // for M, once it was needed
-};
 
 }  // namespace dlcs
 

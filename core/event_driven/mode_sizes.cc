@@ -93,12 +93,15 @@ AllSizesBeside SizesOfMode(const Problem& problem, const Mode& mode, const DataS
   }
   const SizesBeside of_summed =
       RowsBeside(of_terms.sparseView(), states, ComponentKind::kSlack, errors.w, sources_of_terms);
+  const Matrix N = problem.N.Dense().cwiseAbs();
+  const SizesBeside of_speeds = RowsBeside((N * dynamics.cwiseAbs()).sparseView(), states, ComponentKind::kPair, guards,
+                                           problem.N.AbsTimes(sources));
   for (Index i = 0; i < guards.size(); ++i) {
     const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
     if (!is_active) {
-      // A y_i that is missing is w_i / M_ii.
-      const double divisor = problem.M.Dense()(i, i);
-      of_y.size[i] = divisor > 0 ? of_w.size[i] / divisor : 0;
+      // A y_i that is missing is w_i / M_ii, or holds w_i through x.
+      const double divisor = problem.M.Dense()(i, i), moves = N.row(i).dot(problem.B.Dense().col(i).cwiseAbs());
+      of_y.size[i] = divisor > 0 ? of_w.size[i] / divisor : moves > 0 ? of_speeds.size[i] / moves : 0;
       continue;
     }
     of_w.size[i] = of_summed.size[i];

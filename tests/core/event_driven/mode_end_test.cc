@@ -331,55 +331,5 @@ TEST_F(OverlookedTest, WhatComesNearerCountsAsItsCause) {
   ExpectNear(Of(step).truncation.y, Vector{{0.4e-2 / 4}});
 }
 
-// A relay that measures x1 and drives x2 by y1, which jumps to 1 where x1 falls through zero: 0 <= y1 ⟂ x1 + y2 >= 0,
-// 0 <= y2 ⟂ 1 - y1 >= 0.
-class RelayJumpsTest : public ::testing::Test {
- protected:
-  RelayJumpsTest() {
-    problem_.A = Matrix::Zero(2, 2);
-    problem_.B = Matrix{{0, 0}, {-7, 0}};
-    problem_.N = Matrix{{1, 0}, {0, 0}};
-    problem_.M = Matrix{{0, 1}, {-1, 0}};
-    problem_.horizon = 1;
-    mode_ = ModeMaker(problem_).Make({}, {Vector::Ones(2), Vector::Ones(2), Vector::Ones(2)});
-    stepper_ = std::make_shared<const ModeStepper>(*mode_, 0.1);
-  }
-  // What x1 = 0.1 (1 + s), known to 0.05, adds. It is that near for a quarter of the step.
-  ErrorGrowth::OverlookedByCause Of(bool y_is_lipschitz, bool begins_mode, double rounding = 0) {
-    SmoothStep step = EndStepOf({[](double s) { return 0.1 * (1 + s); }, [](double) { return 1.0; }}, 1);
-    step.stepper = stepper_;
-    if (rounding > 0) step.guard.noise[0] = 1e-12;
-    const ErrorGrowth::Overlooked none{Vector::Zero(2), Vector::Zero(2), Vector::Zero(2)};
-    ErrorGrowth::OverlookedByCause overlooked{none, none, none};
-    RelayJumps jumps(problem_, Selection::kAny, y_is_lipschitz);
-    const Vector truncation{{0.05 - rounding, 0}};
-    jumps.AddTo(step, {truncation, Vector{{rounding, 0}}}, 1, begins_mode, std::nullopt, overlooked);
-    return overlooked;
-  }
-
-  Problem problem_;
-  std::unique_ptr<Mode> mode_;
-  std::shared_ptr<const ModeStepper> stepper_;
-};
-
-TEST_F(RelayJumpsTest, AnErrorThatReachesZeroMayHaveSwitchedTheRelay) {
-  const ErrorGrowth::OverlookedByCause found = Of(false, false);
-  EXPECT_EQ(found.truncation.slope[0], 0);
-  EXPECT_NEAR(found.truncation.slope[1], 7 * 0.25, 0.4);
-  EXPECT_NEAR(found.with_signs.slope[1], -7 * 0.25, 0.4);
-  EXPECT_TRUE(found.rounding.slope.isZero(0));
-}
-
-TEST_F(RelayJumpsTest, RoundingIsCountedAsRounding) {
-  const ErrorGrowth::OverlookedByCause found = Of(false, false, 0.05);
-  EXPECT_NEAR(found.rounding.slope[1], 7 * 0.25, 0.4);
-  EXPECT_TRUE(found.truncation.slope.isZero(0));
-}
-
-TEST_F(RelayJumpsTest, NothingJumpsBesideAnEventNorWhereYIsLipschitz) {
-  EXPECT_LT(Of(false, true).truncation.slope[1], 0.35);  // to a fifth
-  EXPECT_TRUE(Of(true, false).truncation.slope.isZero(0));
-}
-
 }  // namespace
 }  // namespace dlcs

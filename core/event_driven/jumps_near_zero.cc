@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/event_driven/jumps_near_zero.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/event_driven/magnitudes.h"
+#include "core/lcp/lcp.h"
+#include "core/linalg/bounded_sum.h"
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+constexpr Index kOperationsOfSlope = 16;  // of w_i' by the equations
+
+// The parts of a step on which a guard is below `distance`. Of the last one, where the guard falls to its event, only
+// what is below zero: the error of the time of the event counts the rest.
+std::vector<PartOfStep> PartsNearZero(const LegendreVector& series, double distance, double s_end, bool ends_mode) {
+  std::vector<PartOfStep> parts = PartsBelowZero(series, -distance, s_end);
+  if (ends_mode && !parts.empty() && parts.back().end == s_end) {
+    parts.pop_back();
+    const std::vector<PartOfStep> below = PartsBelowZero(series, 0, s_end);
+    if (!below.empty() && below.back().end == s_end) parts.push_back(below.back());
+  }
+  return parts;
+}
+
+// By how much y jumps where the guard falls through zero: the solution of the LCP for the y and w of the step where the
+// guard is lowest, with the guard as far below zero as `error`. Zero if the LCP alone does not decide.
+Vector JumpAcross(const Problem& problem, LcpSolver& lcp, const SmoothStep& step, Index guard, double error,
+                  double s_end) {
+  const std::vector<Index>& active = step.stepper->mode().active;
+  LegendreRows at;
+  LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, at);
+  Index lowest = 0;
+  (at * step.guard.values.row(guard).transpose()).minCoeff(&lowest);
+  const Vector guards = step.guard.values * at.row(lowest).transpose();
+  Vector y = Vector::Zero(guards.size()), w = guards;
+  Basis basis(static_cast<std::size_t>(guards.size()), 0);
+  for (const Index i : active) {
+    y[i] = guards[i];
+    w[i] = 0;
+    basis[static_cast<std::size_t>(i)] = 1;
+  }
+  (basis[static_cast<std::size_t>(guard)] ? y : w)[guard] = -error;
+  Vector after(y.size());
+  const LcpStatus status = lcp.Solve(w - problem.M * y, Vector::Zero(y.size()), basis, after);
+  return status == LcpStatus::kSolved ? Vector(after - y) : Vector::Zero(y.size());
+}
+
+}  // namespace
+
+JumpsNearZero::JumpsNearZero(const Problem& problem, Selection selection, bool y_is_lipschitz)
+    : problem_(problem), selection_(selection) {
+  if (y_is_lipschitz) return;
+  const Matrix &B = problem.B.Dense(), &N = problem.N.Dense(), &M = problem.M.Dense();
+  for (Index i = 0; i < problem.num_constraints(); ++i) {
+    if (M(i, i) == 0) pairs_.push_back({i, std::abs(N.row(i).dot(B.col(i)))});
+  }
+}
+
+// The largest speed with which w_i falls on a part of the step, beyond what it is off by. It is from the equations: the
+// polynomial of w_i has the rounding of w_i over the length. Where y depends on x', that of M y is left.
+double JumpsNearZero::SpeedOfFall(const SmoothStep& step, Index pair, PartOfStep part, const Vector& slope_error,
+                                  SourceSampler& sampler, StepSources& sources) const {
+  if (!sources.g_is_steady && sources.g_slope.rows() == 0) sampler.SampleSlope(sources);
+  const Mode& mode = step.stepper->mode();
+  const Index n = problem_.num_constraints();
+  Vector row = problem_.N.Dense().row(pair).transpose(), row_g = Vector::Unit(n, pair), row_y = Vector::Zero(n);
+  if (mode.is_explicit()) {
+    row = mode.guard.state.row(pair).transpose();
+    row_g = mode.guard.g.size() > 0 ? Vector(mode.guard.g.row(pair).transpose()) : Vector(Vector::Zero(n));
+  } else {
+    row_y = problem_.M.Dense().row(pair).transpose();
+  }
+  const auto falls_at = [&](double s) {
+    const LegendreVector at = LegendreValues(s);
+    const Vector x = ValueOf(step.x, at), y = ValueOf(step.y, at).cwiseMax(0), f = ValueOf(sources.f, at);
+    const Vector terms = problem_.A.AbsTimes(x.cwiseAbs()) + problem_.B.AbsTimes(y) + f.cwiseAbs();
+    double slope = row.dot(problem_.A * x + problem_.B * y + f);
+    double error = row.cwiseAbs().dot(RoundingOf(kOperationsOfSlope) * terms + slope_error);
+    if (!sources.g_is_steady) {
+      slope += row_g.dot(ValueOf(sources.g_slope, at));
+      error += row_g.cwiseAbs().dot(sources.g_slope_noise);
+    }
+    if (!mode.is_explicit()) slope += row_y.dot(ValueOf(step.y, 2 / sources.length * LegendreSlopes(at)));
+    return -slope - error;
+  };
+  double speed = std::max(0.0, falls_at(part.begin));
+  for (const double node : GetLegendreBasis().nodes) {
+    speed = NanMax(speed, falls_at(part.begin + (part.end - part.begin) * (1 + node) / 2));
+  }
+  return speed;
+}
+
+void JumpsNearZero::AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_state, const Vector& x_error,
+                          double s_end, bool begins_mode, std::optional<Index> ends_mode, SourceSampler& sampler,
+                          StepSources& sources, ErrorGrowth::OverlookedByCause& overlooked) {
+  for (OfPair& of : pairs_) {
+    AddOf(of, step, of_state, x_error, s_end, begins_mode, of.pair == ends_mode, sampler, sources, overlooked);
+  }
+}
+
+void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorGrowth::ByCause& of_state,
+                          const Vector& x_error, double s_end, bool begins_mode, bool ends_mode, SourceSampler& sampler,
+                          StepSources& sources, ErrorGrowth::OverlookedByCause& overlooked) {
+  const Mode& mode = step.stepper->mode();
+  const Index i = of.pair;
+  const double noise = step.guard.noise[i], rounding = of_state.rounding[i];
+  const double truncation = step.guard.truncation[i] + of_state.truncation[i];
+  const double within_rounding = rounding + std::min(truncation, kOfNoise * noise), within_both = rounding + truncation;
+  const LegendreVector guard = step.guard.values.row(i).transpose();
+  const std::vector<PartOfStep> near = PartsNearZero(guard, within_both, s_end, ends_mode);
+  const bool leaves_event = std::exchange(of.leaves_event, false) || begins_mode;
+  if (near.empty()) {
+    of.truncation = of.rounding = {};
+    return;
+  }
+  // The LCP alone decides for relays, in modes where y is determined without x'.
+  Vector jump = Vector::Zero(problem_.num_constraints());
+  if (mode.is_explicit()) {
+    if (!lcp_) lcp_ = MakeLcpSolver(problem_.M, selection_);
+    jump = JumpAcross(problem_, *lcp_, step, i, noise + within_both, s_end);
+  }
+  const bool y_jumps = !jump.isZero(0);
+  const bool may_touch = of.moves > 0 && !std::binary_search(mode.active.begin(), mode.active.end(), i);
+  if (!y_jumps && !may_touch) return;
+  Vector y_error = Vector::Zero(jump.size());
+  for (const Index k : mode.active)
+    y_error[k] = of_state.truncation[k] + of_state.rounding[k] + kOfNoise * step.guard.noise[k];
+  const Vector slope_error = problem_.A.AbsTimes(x_error) + problem_.B.AbsTimes(y_error);
+  // What y may be off by, as a multiple of y_by: the largest value, and the integral over s on such parts.
+  const Vector y_by = y_jumps ? Vector(jump.cwiseAbs()) : Vector(Vector::Unit(jump.size(), i));
+  double largest = 0;
+  const auto integral_on = [&](const std::vector<PartOfStep>& parts) {
+    double integral = 0;
+    for (const PartOfStep& part : parts) {
+      const double falls = SpeedOfFall(step, i, part, slope_error, sampler, sources);
+      const bool leaves = leaves_event && part.begin == -1 && falls == 0;
+      of.leaves_event = of.leaves_event || (leaves && part.end == s_end);
+      const double y = leaves ? 0 : y_jumps ? 1 : falls / of.moves;
+      largest = NanMax(largest, y);
+      integral += (part.end - part.begin) * y;
+    }
+    return integral;
+  };
+  const double both = integral_on(near);
+  const double of_rounding = std::min(both, integral_on(PartsNearZero(guard, within_rounding, s_end, ends_mode)));
+  const double of_truncation = both - of_rounding;
+  // A y_i that pushes w_i away from zero makes up for what x is off by.
+  if (y_jumps && of.moves == 0) {
+    const Vector x_slope = problem_.B * jump / (1 + s_end);
+    overlooked.rounding.slope += of_rounding * x_slope.cwiseAbs();
+    overlooked.truncation.slope += of_truncation * x_slope.cwiseAbs();
+    overlooked.with_signs.slope += of_truncation * x_slope;
+  }
+  if (of.truncation.size() == 0) of.truncation = of.rounding = Vector::Zero(jump.size());
+  const double part_of_time = sources.length / 2 / problem_.horizon;
+  of.rounding += part_of_time * of_rounding * y_by;
+  of.truncation += part_of_time * of_truncation * y_by;
+  overlooked.rounding.y = overlooked.rounding.y.cwiseMax(of.rounding);
+  overlooked.truncation.y = overlooked.truncation.y.cwiseMax(of.truncation);
+  overlooked.y_size = overlooked.y_size.cwiseMax(largest * y_by);
+}
+
+}  // namespace dlcs

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// What y may be off by where rounding hides on which side of a jump it is.
+
+#ifndef DLCS_CORE_EVENT_DRIVEN_JUMPS_NEAR_ZERO_H_
+#define DLCS_CORE_EVENT_DRIVEN_JUMPS_NEAR_ZERO_H_
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/discretization/step_sources.h"
+#include "core/event_driven/error_growth.h"
+#include "core/event_driven/first_crossing.h"
+#include "core/event_driven/smooth_step.h"
+#include "core/lcp/basis/lcp_solver.h"
+#include "core/matrix_classes/matrix_class.h"
+#include "core/problem/problem.h"
+
+namespace dlcs {
+
+// Pairs whose y_i does not move w_i at once. Where their guard passes zero, y jumps: that y_i which holds w_i at zero
+// through x (contact), or other y (relays). So while the guard is nearer to zero than its error, it is not known on
+// which side of the jump y is. As at an event whose time is known no better, y is off by (y⁻ - y⁺) δt / T, with δt the
+// time for which this lasts; beside relays x' is off by their jump, too.
+class JumpsNearZero {
+ public:
+  // Keeps a reference. There are none where y is a Lipschitz function of x.
+  JumpsNearZero(const Problem& problem, Selection selection, bool y_is_lipschitz);
+
+  // Adds those of a step up to `s_end`; of relays in modes where y is determined without x'. `begins_mode`: the step is
+  // the first one of its mode; `ends_mode`: the guard that ends it, if one does. `of_state`: the errors of guards that
+  // those of the state, `x_error`, make. Samples g' where a contact needs it. Cost: K² for each of the pairs, and an
+  // LCP where the guard of a relay comes near zero.
+  void AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_state, const Vector& x_error, double s_end,
+             bool begins_mode, std::optional<Index> ends_mode, SourceSampler& sampler, StepSources& sources,
+             ErrorGrowth::OverlookedByCause& overlooked);
+
+ private:
+  // y of a pair, over the steps in a row on which its guard is near zero.
+  struct OfPair {
+    Index pair;
+    double moves;  // w_i by y_i, a unit of time
+    Vector truncation = {}, rounding = {};
+    bool leaves_event = false;  // the guard has been near zero, and rising, since its mode began
+  };
+  void AddOf(OfPair& of, const SmoothStep& step, const ErrorGrowth::ByCause& of_state, const Vector& x_error,
+             double s_end, bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
+             ErrorGrowth::OverlookedByCause& overlooked);
+  double SpeedOfFall(const SmoothStep& step, Index pair, PartOfStep part, const Vector& slope_error,
+                     SourceSampler& sampler, StepSources& sources) const;
+
+  const Problem& problem_;
+  const Selection selection_;
+  std::vector<OfPair> pairs_;
+  std::unique_ptr<LcpSolver> lcp_;  // for M, once it was needed
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_EVENT_DRIVEN_JUMPS_NEAR_ZERO_H_
