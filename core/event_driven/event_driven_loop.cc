@@ -454,8 +454,8 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   const ErrorGrowth::ByCause of_state = errors_.InGuards(*mode_);
   ErrorGrowth::OverlookedByCause overlooked = OverlookedEvents(problem_, step_, of_state, magnitudes_, s_end, end - t_,
                                                                length_.ShortestMode(t_, mode_), repelled_);
-  jumps_near_zero_.AddTo(step_, of_state, errors_.InState(), s_end, t_ == mode_begin_, guard, sampler_, sources_,
-                         overlooked);
+  const Vector x_error = errors_.InState() + step_.x_error + kOfNoise * step_.x_noise;
+  jumps_near_zero_.AddTo(step_, of_state, x_error, s_end, t_ == mode_begin_, guard, sampler_, sources_, overlooked);
   // Where x was close to constraints that should not hold yet, its projection onto them is an error.
   const Vector moved = (errors_.Unexplained(x_start_ - x_) - magnitudes_.x_noise).cwiseMax(0);
   for (ErrorGrowth::Overlooked* of : {&overlooked.truncation, &overlooked.with_signs}) {
