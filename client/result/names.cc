@@ -66,11 +66,6 @@ std::string VerdictText(const v1::Summary& summary) {
   return summary.verdict().text();
 }
 
-std::string AccuracySourceName(v1::AccuracySource source) {
-  if (source == v1::ACCURACY_SOURCE_UNSPECIFIED) return "not estimated";
-  return Word(source);
-}
-
 bool Succeeded(const v1::Summary& summary) { return summary.verdict().success(); }
 
 std::string VerdictName(v1::LcpStatus verdict) { return BareName(*v1::LcpStatus_descriptor(), verdict); }

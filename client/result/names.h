@@ -42,8 +42,6 @@ std::string TerminationName(v1::Termination termination);
 std::string VerdictName(const v1::Summary& summary);
 // The same with the error: "SOLVED within an error of 1e-08, estimated error 2e-10".
 std::string VerdictText(const v1::Summary& summary);
-// "not estimated", "compared", "controlled".
-std::string AccuracySourceName(v1::AccuracySource source);
 // Whether the solution may be used.
 bool Succeeded(const v1::Summary& summary);
 // "SOLVED", "INFEASIBLE", ...

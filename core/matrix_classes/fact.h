@@ -13,7 +13,6 @@
 namespace dlcs {
 
 enum class Answer { kNo, kYes, kUnknown };
-const char* AnswerName(Answer answer);  // "no", "yes", "unknown"
 
 // A proof that the caller can check by arithmetic alone. The comment of each test says which fields it sets.
 struct Witness {
@@ -40,7 +39,6 @@ struct Fact {
 };
 
 enum class ConstantKind { kExact, kUpperBound, kLowerBound, kEstimate };
-const char* ConstantKindName(ConstantKind kind);  // "exact", "upper-bound", "lower-bound", "estimate"
 
 }  // namespace dlcs
 
