@@ -462,6 +462,7 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
     of->x += moved;
     of->slope += problem_.A.AbsTimes(moved);
   }
+  errors_.AddInside(problem_.N.AbsTimes(moved));
   const double event_error = errors_.AddStep(step_, sources_, overlooked, s_end, guard);
   if (guard) begin_error_ = event_error;
   if (flow_) flow_->AddStep(step_, sources_, s_end);

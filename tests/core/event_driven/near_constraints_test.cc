@@ -198,6 +198,30 @@ TEST(NearConstraintsTest, FindsShallowContactsOrCountsThem) {
   }
 }
 
+// x = 1000 + gap falls with speed 7. A contact that begins at once moves x by no more than its tolerance, but w by all
+// that it is.
+TEST(NearConstraintsTest, CountsAStartThatIsMovedOntoAConstraint) {
+  int solved = 0;
+  for (const double gap : {1e-2, 1e-4, 1e-5, 1e-6, 1e-8}) {
+    for (const double tolerance : {1e-4, 1e-6, 1e-9}) {
+      Problem problem;
+      problem.A = Matrix{{0.0}};
+      problem.B = problem.N = Matrix{{1.0}};
+      problem.M = Matrix{{0.0}};
+      problem.f = TimeFunction::Constant(Vector{{-7.0}});
+      problem.g = TimeFunction::Constant(Vector{{-1000.0}});
+      problem.x0 = Vector{{1000 + gap}};
+      problem.horizon = 1;
+      const Solution solution = SolveAt(problem, tolerance, {0, 0.5, 1});
+      if (JudgeSolution(solution).kind != VerdictKind::kSolved) continue;
+      ++solved;
+      const double w = problem.x0[0] - 1000;
+      EXPECT_LE(std::abs(solution.w(0, 0) - w), tolerance * w) << gap << ", tolerance " << tolerance;
+    }
+  }
+  EXPECT_GE(solved, 3);
+}
+
 // Between y = 0 and the solution that leaves it as e^{rate t} rounding decides, also where no step is as long as that
 // takes.
 TEST(RepelledStartsTest, GrowOverStepsUntilRoundingDecides) {
