@@ -255,6 +255,10 @@ void ErrorGrowth::BeginJump(const SmoothStep& step, const StepSources& sources, 
   has_event_ = true;
 }
 
+ErrorGrowth::Largest ErrorGrowth::Delays() const {
+  return SizesOf(Eigen::Map<const Eigen::Matrix<double, 1, kErrors>>(event_.delay.data()));
+}
+
 // Keeps the event until x' after it is known. Returns how far its time may be off.
 double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& sources, double s_end, Index guard) {
   const Mode& mode = step.stepper->mode();
@@ -273,7 +277,7 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
     const double delay = DelayOf(moved + std::copysign(own, moved), speed, curvature);
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
   }
-  const Largest delays = SizesOf(Eigen::Map<const Eigen::Matrix<double, 1, kErrors>>(event_.delay.data()));
+  const Largest delays = Delays();
   return TruncationOf(delays.truncation, delays.with_signs, delays.rounding)[0] + delays.rounding[0];
 }
 
@@ -317,7 +321,7 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
 // (z⁻ - z⁺) δt, here of the integral over [0, T].
 void ErrorGrowth::RaiseJumps(const SmoothStep& step) {
   const LegendreVector at = LegendreValues(-1);
-  const Largest delays = SizesOf(Eigen::Map<const Eigen::Matrix<double, 1, kErrors>>(event_.delay.data()));
+  const Largest delays = Delays();
   const double truncation = delays.truncation[0] / problem_.horizon, rounding = delays.rounding[0] / problem_.horizon;
   const double with_signs = delays.with_signs[0] / problem_.horizon;
   const auto raise = [&](const Vector& before, const Vector& after, Largest& of) {
@@ -330,8 +334,6 @@ void ErrorGrowth::RaiseJumps(const SmoothStep& step) {
   raise(event_.w, SlacksAt(step, at), w_);
   raise(event_.outputs, ValueOf(step.outputs.values, at), outputs_);
 }
-
-Vector ErrorGrowth::Unexplained(const Vector& change) const { return (change.cwiseAbs() - InState()).cwiseMax(0); }
 
 void ErrorGrowth::AddRounding(const Vector& amount) {
   for (Index e = 0; e < kSamples; ++e) AddTo(e, amount);

@@ -53,8 +53,6 @@ class ErrorGrowth {
                  std::optional<Index> guard);
   // A break point of the sources at the end of `step`, whose time may be off by `rounding`.
   void AddBreak(const SmoothStep& step, const StepSources& sources, double rounding);
-  // The part of a change of x that is more than the errors so far.
-  Vector Unexplained(const Vector& change) const;
   // Adds what x may be off by at the time reached, by rounding.
   void AddRounding(const Vector& amount);
   // The errors so far in the guards of `mode`.
@@ -62,7 +60,7 @@ class ErrorGrowth {
     Vector truncation, rounding;
   };
   ByCause InGuards(const Mode& mode) const;
-  // Both together, of each state.
+  // Those of each state, both causes together.
   Vector InState() const;
   // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.
   void Add(const Vector& error, const Vector& inside);
@@ -100,6 +98,8 @@ class ErrorGrowth {
   void BeginJump(const SmoothStep& step, const StepSources& sources, double s);
   // What jumps of y, w and outputs come to by the error of the time of the event.
   void RaiseJumps(const SmoothStep& step);
+  // How far the time of the event may be off.
+  Largest Delays() const;
   double BeginEvent(const SmoothStep& step, const StepSources& sources, double s_end, Index guard);
   // The signs that the error with this index is given, where it has those of `values`.
   Vector Signs(Index error, const Eigen::Ref<const Vector>& values) const;

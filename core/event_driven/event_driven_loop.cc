@@ -454,15 +454,18 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   const ErrorGrowth::ByCause of_state = errors_.InGuards(*mode_);
   ErrorGrowth::OverlookedByCause overlooked = OverlookedEvents(problem_, step_, of_state, magnitudes_, s_end, end - t_,
                                                                length_.ShortestMode(t_, mode_), repelled_);
-  const Vector x_error = errors_.InState() + step_.x_error + kOfNoise * step_.x_noise;
+  const Vector x_error = errors_.InState();
   jumps_near_zero_.AddTo(step_, of_state, x_error, s_end, t_ == mode_begin_, guard, sampler_, sources_, overlooked);
   // Where x was close to constraints that should not hold yet, its projection onto them is an error.
-  const Vector moved = (errors_.Unexplained(x_start_ - x_) - magnitudes_.x_noise).cwiseMax(0);
-  for (ErrorGrowth::Overlooked* of : {&overlooked.truncation, &overlooked.with_signs}) {
-    of->x += moved;
-    of->slope += problem_.A.AbsTimes(moved);
+  const Vector moved = ((x_start_ - x_).cwiseAbs() - x_error - magnitudes_.x_noise).cwiseMax(0);
+  if (!moved.isZero(0)) {
+    const Vector slope = problem_.A.AbsTimes(moved);
+    for (ErrorGrowth::Overlooked* of : {&overlooked.truncation, &overlooked.with_signs}) {
+      of->x += moved;
+      of->slope += slope;
+    }
+    errors_.AddInside(problem_.N.AbsTimes(moved));
   }
-  errors_.AddInside(problem_.N.AbsTimes(moved));
   const double event_error = errors_.AddStep(step_, sources_, overlooked, s_end, guard);
   if (guard) begin_error_ = event_error;
   if (flow_) flow_->AddStep(step_, sources_, s_end);

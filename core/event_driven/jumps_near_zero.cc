@@ -131,7 +131,8 @@ void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorGrowth:
   Vector y_error = Vector::Zero(jump.size());
   for (const Index k : mode.active)
     y_error[k] = of_state.truncation[k] + of_state.rounding[k] + kOfNoise * step.guard.noise[k];
-  const Vector slope_error = problem_.A.AbsTimes(x_error) + problem_.B.AbsTimes(y_error);
+  const Vector slope_error =
+      problem_.A.AbsTimes(x_error + step.x_error + kOfNoise * step.x_noise) + problem_.B.AbsTimes(y_error);
   // What y may be off by, as a multiple of y_by: the largest value, and the integral over s on such parts.
   const Vector y_by = y_jumps ? Vector(jump.cwiseAbs()) : Vector(Vector::Unit(jump.size(), i));
   double largest = 0;

@@ -29,8 +29,8 @@ class JumpsNearZero {
 
   // Adds those of a step up to `s_end`; of relays in modes where y is determined without x'. `begins_mode`: the step is
   // the first one of its mode; `ends_mode`: the guard that ends it, if one does. `of_state`: the errors of guards that
-  // those of the state, `x_error`, make. Samples g' where a contact needs it. Cost: K² for each of the pairs, and an
-  // LCP where the guard of a relay comes near zero.
+  // those of the state before the step, `x_error`, make. Samples g' where a guard comes near zero. Cost: K² for each of
+  // the pairs, and an LCP where its guard comes near zero.
   void AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_state, const Vector& x_error, double s_end,
              bool begins_mode, std::optional<Index> ends_mode, SourceSampler& sampler, StepSources& sources,
              ErrorGrowth::OverlookedByCause& overlooked);

@@ -94,8 +94,11 @@ AllSizesBeside SizesOfMode(const Problem& problem, const Mode& mode, const DataS
   const SizesBeside of_summed =
       RowsBeside(of_terms.sparseView(), states, ComponentKind::kSlack, errors.w, sources_of_terms);
   const Matrix N = problem.N.Dense().cwiseAbs();
-  const SizesBeside of_speeds = RowsBeside((N * dynamics.cwiseAbs()).sparseView(), states, ComponentKind::kPair, guards,
-                                           problem.N.AbsTimes(sources));
+  SizesBeside of_speeds;  // of w_i' through x
+  if (!(problem.M.Dense().diagonal().array() > 0).all()) {
+    of_speeds = RowsBeside((N * dynamics.cwiseAbs()).sparseView(), states, ComponentKind::kPair, guards,
+                           problem.N.AbsTimes(sources));
+  }
   for (Index i = 0; i < guards.size(); ++i) {
     const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
     if (!is_active) {

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/event_driven/mode.h"
+#include "core/format_number.h"
 #include "tests/support/solving.h"
 
 namespace dlcs {
@@ -42,6 +43,7 @@ class JumpsNearZeroTest : public ::testing::Test {
     step.guard.values(1, 0) = 1;
     step.guard.truncation = step.guard.noise = Vector::Zero(2);
     step.y = LegendreSeries::Zero(2, kLegendreSize);
+    step.x_error = step.x_noise = Vector::Zero(2);
     if (rounding > 0) step.guard.noise[0] = 1e-12;
     const ErrorGrowth::Overlooked none{Vector::Zero(2), Vector::Zero(2), Vector::Zero(2)};
     ErrorGrowth::OverlookedByCause overlooked{none, none, none, none.y};
@@ -89,7 +91,7 @@ TEST_F(JumpsNearZeroTest, NothingJumpsBesideAnEventNorWhereYIsLipschitz) {
 // w = x + g = sin(5t)/1000 falls to zero at π/5. There a contact holds it, y = -cos(5t)/200 (M = 0), or a relay turns
 // on, y1 = 1. Beside an x of 1e10 and more, rounding hides that: a few steps see no event, and which y holds is not
 // known.
-TEST(NearConstraintsTest, CountsAYThatRoundingHides) {
+TEST(HiddenJumpsTest, CountAsErrorsOfY) {
   constexpr double kAt = 0.8;
   for (const double large : {1e2, 1e4, 1e6, 1e8, 1e10, 1e12, 1e14}) {
     Problem contact, relay;
