@@ -268,14 +268,19 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
   const double curvature = 2 / sources.length * DerivativeOf(series).dot(slope_at);
   BeginJump(step, sources, s_end);
   const double part_of_tail = mode.guard.slope.size() > 0 ? 1 : PartOfTail(s_end);
+  // Where the guard was found below zero and not at a zero, the event was before, maybe in another step.
+  const double of_terms = RoundingOf(kOperationsOfRow) * step.guard.terms[guard];
+  const double depth = std::max(0.0, -series.dot(LegendreValues(s_end)) - of_terms);
+  const double late = std::min(depth / std::abs(speed), sources.begin + sources.length);
+  const double late_by_rounding = late * std::min(1.0, step.guard.noise[guard] / depth);
   for (Index e = 0; e < kErrors; ++e) {
     double moved = mode.guard.state.row(guard).dot(errors_.col(e));
     if (mode.guard.slope.size() > 0) moved += mode.guard.slope.row(guard).dot(slopes_.col(e));
-    const double own =
-        e < kSamples ? RoundingOf(kOperationsOfRow) * step.guard.terms[guard] : part_of_tail * step.guard.tail[guard];
+    const double own = e < kSamples ? of_terms : part_of_tail * step.guard.tail[guard];
     // If a guard neither falls nor turns, nothing is known of it.
     const double delay = DelayOf(moved + std::copysign(own, moved), speed, curvature);
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
+    if (depth > 0) event_.delay[e] += std::copysign(e < kSamples ? late_by_rounding : late - late_by_rounding, delay);
   }
   const Largest delays = Delays();
   return TruncationOf(delays.truncation, delays.with_signs, delays.rounding)[0] + delays.rounding[0];

@@ -540,6 +540,8 @@ void EventDrivenLoop::NoteInterval(double end, const Mode* mode) {
   interval.end = end;
   interval.begin_error = std::max(begin_error_, length_.ShortestMode(t_, mode));
   interval.coupled = !mode;
+  // Pairs switch somewhere in a coupled step.
+  if (!mode) interval.begin_error = std::max(interval.begin_error, end - t_);
   if (mode) interval.active = mode->active;
   if (!mode) interval.why = why_coupled_;
   record_.Add(std::move(interval));
@@ -572,6 +574,7 @@ bool EventDrivenLoop::TakeCoupledSteps(double end) {
     if (!step.kept_selection) return context_.FailLostLeastElement(step.end);
     output_.AddCoupled(t_, step.end, x_, step.x, step.y, step.w, step.g);
     NoteInterval(step.end, nullptr);
+    begin_error_ = step.end - t_;
     errors_.Add(step.error, step.inside);
     if (step.end - t_ > kShortModePart * problem_.horizon) errors_.AddInside(step.w_inside);
     if (flow_) flow_->GiveUp();

@@ -84,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Hard{669430, "PairsThatLeaveWhileOthersJump"}, Hard{691227, "FastStatesBesideASingularM"},
                       Hard{980512, "LayersOfTheSizeOfRoundingInSlowStates", 1e-10},
                       Hard{990925, "JumpsOfYAtAStartAtTheEdge"}, Hard{990128, "EventsWithinTheRoundingOfTheStart"},
-                      Hard{991670, "SlopesOfGOnShortSteps"}),
+                      Hard{991670, "SlopesOfGOnShortSteps"}, Hard{1000152, "EventsFoundWhereTheGuardIsBelowZero"}),
     [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
 // The M of a step is M + h N B, of 0.25 and 1e-13: three digits of N B are left, on all grids the same ones. Event
@@ -98,6 +98,14 @@ TEST(HostileSystem, IsNotSolvedByStepsWhoseMHidesNB) {
     // Of states; that of y is known to be a seventh of its error.
     EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 10) << "at tolerance " << tolerance;
   }
+}
+
+// Three events within 1e-18 of each other, for which one coupled step is taken, of 1e-13: pairs switch somewhere in it.
+TEST(HostileSystem, HasSwitchingTimesThatAreKnownToACoupledStep) {
+  const System system = MakeSystem(1000002);
+  const Reference reference = ReferenceOf(system);
+  const Trial trial = Try(system, reference, {}, 5);
+  EXPECT_EQ(trial.judgment, Judgment::kRight) << trial.verdict;
 }
 
 // M = 0: y follows from x', whose components are so large, and cancel so far, that y had three digits where x had ten,
