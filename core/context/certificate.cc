@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/context/component_errors.h"
+#include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -208,6 +209,8 @@ void CertificateBuilder::Add(const Segment& segment, const Eigen::Ref<const Matr
   c.node_residual_of_rows = std::isnan(c.node_residual) ? c.node_residual : LargestOf(rows_.node_residual);
   c.midpoint_residual_of_rows =
       std::isnan(c.midpoint_residual) ? c.midpoint_residual : LargestOf(rows_.midpoint_residual);
+  const Vector beyond_rounding = (rows_.node_residual.array() - RoundingOf(kOperationsOfSum)).cwiseMax(0);
+  c.w_missed = beyond_rounding.cwiseProduct(rows_.w_size);
 }
 
 }  // namespace dlcs

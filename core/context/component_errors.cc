@@ -15,9 +15,6 @@
 namespace dlcs {
 namespace {
 
-// Of the sums whose rounding counts, on each of the numbers from which they are summed.
-constexpr Index kOperations = 32;
-
 // Trajectories may be larger than the remaining memory, so they are processed a few columns at a time.
 Index ColumnsAtOnce(const Solution& solution) {
   constexpr Index kNumbersAtOnce = Index{1} << 16;
@@ -161,7 +158,7 @@ ComponentValues RoundingOfTerms(const Problem& problem, const ComponentValues& s
   ComponentValues rounding;
   if (sizes.y.size() > 0) {
     moved += problem.B.AbsTimes(sizes.y);
-    rounding.w = RoundingOf(kOperations) * (problem.N.AbsTimes(sizes.x) + problem.M.AbsTimes(sizes.y) + sizes.w);
+    rounding.w = RoundingOf(kOperationsOfSum) * (problem.N.AbsTimes(sizes.x) + problem.M.AbsTimes(sizes.y) + sizes.w);
     // An active y_i has the rounding of w_i, divided by M_ii.
     rounding.y = problem.M.Diagonal().binaryExpr(
         rounding.w, [](double diagonal, double of_w) { return diagonal != 0 ? of_w / std::abs(diagonal) : 0; });
@@ -169,11 +166,11 @@ ComponentValues RoundingOfTerms(const Problem& problem, const ComponentValues& s
     rounding.y = (sizes.y.array() > 0).select(rounding.y, 0);
     rounding.w = (sizes.w.array() > 0).select(rounding.w, 0);
   }
-  rounding.x = RoundingOf(kOperations) * (sizes.x + MemoryOf(problem, problem.horizon).cwiseProduct(moved));
+  rounding.x = RoundingOf(kOperationsOfSum) * (sizes.x + MemoryOf(problem, problem.horizon).cwiseProduct(moved));
   return rounding;
 }
 
-ComponentValues RoundingOfTerms(const ComponentValues& sizes) { return {RoundingOf(kOperations) * sizes.x}; }
+ComponentValues RoundingOfTerms(const ComponentValues& sizes) { return {RoundingOf(kOperationsOfSum) * sizes.x}; }
 
 ComponentValues DifferencesBetween(const Solution& a, const Solution& b, const ComponentValues& measured,
                                    double apart) {
@@ -250,6 +247,33 @@ void RaiseToEffectOfStates(const Problem& problem, const Solution& solution, Tra
     errors.y.truncation = NanMax(errors.y.truncation, y);
     errors.w.truncation = NanMax(errors.w.truncation, w);
   }
+}
+
+namespace {
+
+// N_i B_i of each pair; zero where the entries of a matrix are not known.
+Vector OwnMoves(const Problem& problem) {
+  const StructuredMatrix &N = problem.N, &B = problem.B;
+  if (N.is_dense() && B.is_dense()) return N.Dense().cwiseProduct(B.Dense().transpose()).rowwise().sum();
+  if (N.linear_operator() || B.linear_operator()) return Vector::Zero(N.rows());
+  const SparseMatrix products = N.Sparse().cwiseProduct(SparseMatrix(B.Sparse().transpose()));
+  return products * Vector::Ones(products.cols());
+}
+
+}  // namespace
+
+void AddEffectOfSlacks(const Problem& problem, const Solution& solution, TrajectoryErrors& errors) {
+  const Vector& missed = solution.certificate.w_missed;
+  if (missed.size() == 0 || errors.x.size() == 0) return;
+  const Vector holds = problem.M.Diagonal().cwiseAbs() / problem.horizon + OwnMoves(problem).cwiseAbs();
+  const auto in_x = [&](const Vector& of_w) {
+    const auto of_y = [](double w, double held) { return held > 0 ? w / held : 0; };
+    return problem.B.AbsTimes(of_w.binaryExpr(holds, of_y));
+  };
+  const Vector operations =
+      RoundingOf(kOperationsOfSum) + kUlp / solution.step * MemoryOf(problem, problem.horizon).array();
+  errors.x.truncation += in_x(missed);
+  errors.x.rounding += in_x(problem.N.AbsTimes(errors.x.own.cwiseProduct(operations)));
 }
 
 double RelativeDifference(const Matrix& coarse, const Matrix& fine) {

@@ -127,8 +127,11 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
                 if (lags && coarse.step != fine.step) differences.x += LagBehind(task.problem, fine);
                 return differences;
               },
-          .follow_states = [&task](const Solution& solution,
-                                   TrajectoryErrors& errors) { RaiseToEffectOfStates(task.problem, solution, errors); },
+          .follow_states =
+              [&task](const Solution& solution, TrajectoryErrors& errors) {
+                AddEffectOfSlacks(task.problem, solution, errors);
+                RaiseToEffectOfStates(task.problem, solution, errors);
+              },
           .unresolved = UnresolvedSourcesOf(task.problem),
           .fits = {}}};
   // In a sparse A a state forgets in less time than its diagonal entry says, so this would be far too large.

@@ -55,6 +55,10 @@ struct Certificate {
   // by Simpson's rule on each step, which is independent of the method. Only over the states that the steps resolve;
   // fast states, and states that follow others instantly, are left out.
   double drift_of_rows = std::numeric_limits<double>::quiet_NaN();
+  // max over nodes of the part of |min(y_i, w_i)| that is of w_i, beyond the rounding of its terms. An LCP counts w_i
+  // as zero where it is small beside its terms, whatever w_i itself is. Empty where node_residual_of_rows is NaN, and
+  // for event-driven solves.
+  Vector w_missed = {};
 };
 
 // The state jumped by `dx` = B p at `time`, with multiplier p >= 0.

@@ -328,6 +328,41 @@ TEST(TrialStepsTest, ASingularTimeIsNoUnresolvedSource) {
   }
 }
 
+// x_1 is held at an offset, beside which an LCP counts as zero what x_2 is made of, and steps add less to x_1 than an
+// ulp: x_2 falls by as much as x_1 would without the contact.
+TEST(ErrorEstimateTest, CountsWhatAnLcpTakesForZero) {
+  const double least = [] {  // of x_1 - offset without the contact
+    double least = 0;
+    for (int k = 0; k <= 100000; ++k) {
+      const double t = 1e-5 * k;
+      least = std::min(least, 0.25 + 4 * t * t - 2.25 * t - 0.01 * std::sin(100 * t));
+    }
+    return least;
+  }();
+  int solved = 0;
+  for (const double offset : {0.0, 1e6, 1e9, 1e11, 1e12, 1e13}) {
+    Problem problem;
+    problem.A = Matrix::Zero(2, 2);
+    problem.B = Matrix{{1}, {-1}};
+    problem.N = Matrix{{1, 0}};
+    problem.M = Matrix::Zero(1, 1);
+    problem.f = TimeFunction::Formulas({"8*(t-0.28125)-cos(100*t)", "0"});
+    problem.g = TimeFunction::Constant(Vector::Constant(1, -offset));
+    problem.x0 = Vector{{offset + 0.25, -0.25}};
+    problem.horizon = 1;
+    for (const Method method : {Method::kExponentialIntegrator, Method::kTimeStepping}) {
+      for (const double tolerance : {1e-2, 1e-4}) {
+        const Solution solution = SolveFor(problem, Within(tolerance, method));
+        if (!JudgeSolution(solution).success) continue;
+        ++solved;
+        const double error = std::abs(solution.x(1, solution.x.cols() - 1) - (least - 0.25));
+        EXPECT_LE(error, tolerance * (0.25 - least)) << offset << " " << MethodName(method) << " " << tolerance;
+      }
+    }
+  }
+  EXPECT_GE(solved, 8);  // beside 0 and 1e6
+}
+
 // Ten steps of 0.1 see a source of 40 Hz at the same phase, and so do five and two.
 TEST(ErrorEstimateTest, IsNotSmallWhereStepsMissTheOscillationOfASource) {
   for (const bool of_state : {true, false}) {
