@@ -20,10 +20,10 @@ constexpr double kCheckPosition = 0.1305;
 // Of an interpolant, on its largest value; a difference that is no more than their rounding is no interpolation error.
 constexpr Index kOperations = 64;
 
-// What is left of each value beyond `noise`, towards zero.
-Vector Beyond(const Vector& values, const Vector& noise) {
-  return values.binaryExpr(
-      noise, [](double value, double of_noise) { return std::copysign(NanMax(0, std::abs(value) - of_noise), value); });
+// What is left of the size of each value beyond `rounding`.
+Vector Beyond(const Vector& values, const Vector& rounding) {
+  return values.binaryExpr(rounding,
+                           [](double value, double of_rounding) { return NanMax(0, std::abs(value) - of_rounding); });
 }
 
 // The time of a node on [begin, end].
@@ -58,25 +58,24 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   step.begin = begin;
   step.length = length;
   step.check_s = kCheckPosition;
-  step.g_slope.resize(0, kLegendreSize);
+  step.g.slope.resize(0, kLegendreSize);
   static const LegendreVector at_check_position = LegendreValues(kCheckPosition);
   const double time_rounding = RoundingOfTimes(begin, end);
-  const auto sample = [&](Index size, bool is_steady, const auto& evaluate, const auto& rounding_at,
-                          LegendreSeries& series, Vector& largest, Vector& noise, Vector& at_check, Vector& missed,
-                          Vector& misfit) {
-    at_check.resize(size);
-    evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
+  const auto sample = [&](Index size, const auto& evaluate, const auto& rounding_at, StepSource& source) {
+    Vector& rounding = source.error.rounding;
+    source.at_check.resize(size);
+    evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, source.at_check);
     rounding_.resize(size);
-    if (is_steady) {
+    if (source.is_steady) {
       // All values are this one.
-      series.setZero(size, kLegendreSize);
-      series.col(0) = at_check;
-      largest = at_check.cwiseAbs();
+      source.values.setZero(size, kLegendreSize);
+      source.values.col(0) = source.at_check;
+      source.size = source.at_check.cwiseAbs();
       rounding_at(begin + length / 2, rounding_);
-      noise = RoundingOf(kOperations) * largest + rounding_;
-      missed.setZero(size);
-      misfit.setZero(size);
-      return at_check.allFinite() && noise.allFinite();
+      rounding = RoundingOf(kOperations) * source.size + rounding_;
+      source.error.truncation.setZero(size);
+      source.error.with_signs.setZero(size);
+      return source.at_check.allFinite() && rounding.allFinite();
     }
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
@@ -84,32 +83,30 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
       // A node next to an end may be rounded to it.
       evaluate(t, basis.nodes[j] < 0 ? Side::kRight : Side::kLeft, values_.col(j));
     }
-    series = InterpolateAtNodes(values_);
-    largest = RowMaxAbs(values_);
-    slope_ = 2 / length * DerivativeOf(series);
-    noise.setZero(size);
+    source.values = InterpolateAtNodes(values_);
+    source.size = RowMaxAbs(values_);
+    slope_ = 2 / length * DerivativeOf(source.values);
+    rounding.setZero(size);
     // Not at an end, where a formula may jump.
     for (const double s : {basis.nodes[1], basis.nodes[kLegendreDegree - 1]}) {
       rounding_at(begin + length * (1 + s) / 2, rounding_);
-      noise = noise.cwiseMax(rounding_);
+      rounding = rounding.cwiseMax(rounding_);
     }
-    noise = RoundingOf(kOperations) * largest + noise.cwiseMax(2 * time_rounding * slope_.cwiseAbs().rowwise().sum());
-    misfit = at_check - ValueOf(series, at_check_position);
-    const bool finite = misfit.allFinite() && noise.allFinite();
-    missed = Beyond(misfit, noise);
-    return finite;
+    rounding = RoundingOf(kOperations) * source.size +
+               rounding.cwiseMax(2 * time_rounding * slope_.cwiseAbs().rowwise().sum());
+    source.error.with_signs = source.at_check - ValueOf(source.values, at_check_position);
+    source.error.truncation = Beyond(source.error.with_signs, rounding);
+    return source.error.with_signs.allFinite() && rounding.allFinite();
   };
   using Value = Eigen::Ref<Vector>;
-  step.f_is_steady = sources_.FIsSteady(begin, end);
-  step.g_is_steady = sources_.GIsSteady(begin, end);
+  step.f.is_steady = sources_.FIsSteady(begin, end);
+  step.g.is_steady = sources_.GIsSteady(begin, end);
   const bool f_finite = sample(
-      sources_.num_states(), step.f_is_steady, [&](double t, Side side, Value value) { F(t, side, value); },
-      [&](double t, Value bound) { sources_.RoundingOfF(t, bound); }, step.f, step.f_size, step.f_noise,
-      step.f_at_check, step.f_missed, step.f_misfit);
+      sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); },
+      [&](double t, Value bound) { sources_.RoundingOfF(t, bound); }, step.f);
   const bool g_finite = sample(
-      sources_.num_constraints(), step.g_is_steady, [&](double t, Side side, Value value) { G(t, side, value); },
-      [&](double t, Value bound) { sources_.RoundingOfG(t, bound); }, step.g, step.g_size, step.g_noise,
-      step.g_at_check, step.g_missed, step.g_misfit);
+      sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); },
+      [&](double t, Value bound) { sources_.RoundingOfG(t, bound); }, step.g);
   step.finite = f_finite && g_finite;
   evaluations_ += kLegendreSize + 1;
 }
@@ -120,16 +117,16 @@ void SourceSampler::SampleSlope(StepSources& step) {
   const double end = step.begin + step.length;
   values_.resize(size, kLegendreSize);
   rounding_.resize(size);
-  step.g_slope_noise.setZero(size);
+  step.g.slope_rounding.setZero(size);
   for (Index j = 0; j < kLegendreSize; ++j) {
     const Side side = basis.nodes[j] < 0 ? Side::kRight : Side::kLeft;
     sources_.SlopeOfG(Beside(TimeOfNode(j, step.begin, end), side), side, values_.col(j), rounding_);
-    step.g_slope_noise = step.g_slope_noise.cwiseMax(rounding_);
+    step.g.slope_rounding = step.g.slope_rounding.cwiseMax(rounding_);
   }
-  step.g_slope = InterpolateAtNodes(values_);
-  slope_ = 2 / step.length * DerivativeOf(step.g_slope);
-  step.g_slope_noise += RoundingOf(kOperations) * RowMaxAbs(values_) +
-                        2 * RoundingOfTimes(step.begin, end) * slope_.cwiseAbs().rowwise().sum();
+  step.g.slope = InterpolateAtNodes(values_);
+  slope_ = 2 / step.length * DerivativeOf(step.g.slope);
+  step.g.slope_rounding += RoundingOf(kOperations) * RowMaxAbs(values_) +
+                           2 * RoundingOfTimes(step.begin, end) * slope_.cwiseAbs().rowwise().sum();
 }
 
 Sources::NonFinite SourceSampler::WhyNonFinite(const StepSources& step) {
@@ -169,19 +166,20 @@ Sources::NonFinite SourceSampler::WhyNonFinite(const StepSources& step) {
 
 bool SourceSampler::Probe(StepSources& step) {
   bool raised = false;
-  const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& true_value,
-                        const Vector& noise, const auto& rounding_at, Vector& missed, Vector& misfit) {
-    const Vector with_rounding = true_value - series * at;
-    Vector here = Beyond(with_rounding, noise);
-    if ((here.array().abs() <= missed.array().abs()).all()) return;
+  const auto look = [&](const LegendreVector& at, const Vector& true_value, const auto& rounding_at,
+                        StepSource& source) {
+    SignedErrorBounds& error = source.error;
+    const Vector with_rounding = true_value - source.values * at;
+    Vector here = Beyond(with_rounding, error.rounding);
+    if ((here.array() <= error.truncation.array()).all()) return;
     // A value that is rounded more here than at the nodes shows no pulse.
     rounding_.resize(here.size());
     rounding_at(rounding_);
     here = Beyond(here, rounding_);
-    for (Index i = 0; i < missed.size(); ++i) {
-      if (std::abs(here[i]) <= std::abs(missed[i])) continue;
-      missed[i] = here[i];  // a NaN, too
-      misfit[i] = with_rounding[i];
+    for (Index i = 0; i < here.size(); ++i) {
+      if (here[i] <= error.truncation[i]) continue;
+      error.truncation[i] = here[i];  // a NaN, too
+      error.with_signs[i] = with_rounding[i];
       raised = true;
     }
     step.finite = step.finite && true_value.allFinite();
@@ -192,10 +190,10 @@ bool SourceSampler::Probe(StepSources& step) {
     const LegendreVector at = LegendreValues(2 * (t - step.begin) / step.length - 1);
     F(t, Side::kLeft, true_f_);
     const auto rounding_of_f = [&](Vector& bound) { sources_.RoundingOfF(t, bound); };
-    look(step.f, at, true_f_, step.f_noise, rounding_of_f, step.f_missed, step.f_misfit);
+    look(at, true_f_, rounding_of_f, step.f);
     G(t, Side::kLeft, true_g_);
     const auto rounding_of_g = [&](Vector& bound) { sources_.RoundingOfG(t, bound); };
-    look(step.g, at, true_g_, step.g_noise, rounding_of_g, step.g_missed, step.g_misfit);
+    look(at, true_g_, rounding_of_g, step.g);
     ++evaluations_;
   }
   return raised;
@@ -207,15 +205,15 @@ std::optional<double> SourceSampler::FindKink(const StepSources& step) {
   constexpr double kDecays = 1.0 / 256;
   if (!step.finite) return std::nullopt;
   const auto roughness_of = [&step](const StepSources& part) {
-    const auto largest = [](const LegendreSeries& series, const Vector& missed, const Vector& size) {
-      const Vector tail = EstimateTail(series) + missed.cwiseAbs();
+    const auto largest = [](const StepSource& source, const Vector& size) {
+      const Vector tail = EstimateTail(source.values) + source.error.truncation;
       double ratio = 0;
       for (Index i = 0; i < tail.size(); ++i) {
         if (size[i] > 0) ratio = NanMax(ratio, tail[i] / size[i]);
       }
       return ratio;
     };
-    return NanMax(largest(part.f, part.f_missed, step.f_size), largest(part.g, part.g_missed, step.g_size));
+    return NanMax(largest(part.f, step.f.size), largest(part.g, step.g.size));
   };
   double whole = roughness_of(step);
   if (whole <= kSmooth) return std::nullopt;
@@ -259,8 +257,10 @@ double SourceSampler::WhereTheyMeet(double begin, double from, double to, double
   const double beyond = 2 * (to - from) / width;
   const LegendreVector before = LegendreValues(-1 - beyond), behind = LegendreValues(1 + beyond);
   double most = 0, part = 1;
-  const auto look = [&](const LegendreSeries& of_left, const LegendreSeries& of_right, const Vector& size) {
-    const Vector at_from = of_right * before - of_left * at_end, at_to = of_right * at_begin - of_left * behind;
+  const auto look = [&](const StepSource& of_left, const StepSource& of_right) {
+    const Vector size = of_left.size.cwiseMax(of_right.size);
+    const Vector at_from = of_right.values * before - of_left.values * at_end;
+    const Vector at_to = of_right.values * at_begin - of_left.values * behind;
     for (Index i = 0; i < size.size(); ++i) {
       const double bend = std::abs(at_to[i] - at_from[i]);
       if (!(bend > most * size[i]) || !(at_from[i] * at_to[i] <= 0)) continue;
@@ -268,8 +268,8 @@ double SourceSampler::WhereTheyMeet(double begin, double from, double to, double
       part = std::abs(at_from[i]) / bend;
     }
   };
-  look(left.f, right.f, left.f_size.cwiseMax(right.f_size));
-  look(left.g, right.g, left.g_size.cwiseMax(right.g_size));
+  look(left.f, right.f);
+  look(left.g, right.g);
   return from + part * (to - from);
 }
 
@@ -301,8 +301,8 @@ bool SourceSampler::GJumps(double time, const Vector& allowed) {
 void SourceSampler::MoveCheck(double s, StepSources& step) {
   const double t = step.begin + step.length * (1 + s) / 2;
   step.check_s = s;
-  F(t, Side::kLeft, step.f_at_check);
-  G(t, Side::kLeft, step.g_at_check);
+  F(t, Side::kLeft, step.f.at_check);
+  G(t, Side::kLeft, step.g.at_check);
   ++evaluations_;
 }
 

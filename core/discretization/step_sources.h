@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/discretization/error_bounds.h"
 #include "core/discretization/legendre.h"
 #include "core/discretization/resolved_cells.h"
 #include "core/discretization/sources.h"
@@ -16,25 +17,30 @@
 
 namespace dlcs {
 
-// f and g on a step from `begin`, interpolated at the nodes, and what that misses at one more time, where a source that
-// vanishes at the nodes is noticed.
+// f or g on a step, interpolated at the nodes.
+struct StepSource {
+  LegendreSeries values;
+  bool is_steady = false;  // known to be constant: the first coefficient is all there is
+  Vector size;             // the largest |value| over the nodes
+  Vector at_check;         // the true value at StepSources::check_s
+  // Of the polynomial, at that time and in cells of formulas: rounding is that of values and of their times, and
+  // truncation what is missed beyond it. That with signs holds rounding too, since what symmetric sources miss adds up
+  // to no more than that.
+  SignedErrorBounds error;
+  // The derivative from the source itself, with a bound of its rounding errors: the polynomial has those of the values
+  // over the length. Empty where it was not asked for, as always of f.
+  LegendreSeries slope;
+  Vector slope_rounding;
+};
+
+// f and g on a step from `begin`, and what their polynomials miss at one more time, where a source that vanishes at the
+// nodes is noticed.
 struct StepSources {
   double begin = 0;
   double length = 0;
-  LegendreSeries f;
-  LegendreSeries g;
-  bool f_is_steady = false, g_is_steady = false;  // known to be constant: the first coefficient is all there is
-  double check_s = 0;                             // the position of that time, in (-1, 1)
-  Vector f_at_check, g_at_check;                  // the true values there
-  Vector f_missed, g_missed;                      // true value - polynomial there, beyond rounding
-  Vector f_misfit, g_misfit;  // with rounding: those of symmetric sources add up to no more than that
-  Vector f_size, g_size;                          // max |f_i|, |g_i| over the nodes
-  Vector f_noise, g_noise;                        // bounds of the rounding errors of values and of their times
-  bool finite = false;                            // all of these are, and every value
-  // g' from g itself, with a bound of its rounding errors: the polynomial of g has those of g over the length. Empty
-  // where it was not asked for.
-  LegendreSeries g_slope;
-  Vector g_slope_noise;
+  double check_s = 0;  // the position of that time, in (-1, 1)
+  StepSource f, g;
+  bool finite = false;  // all of these are, and every value
 };
 
 class SourceSampler {
@@ -56,7 +62,8 @@ class SourceSampler {
   // nodes.
   bool Probe(StepSources& step);
 
-  // Sets g_slope and its noise, which is infinite where g' is not known. Cost: some ten times that of g at the nodes.
+  // Sets the slope of g and its rounding, which is infinite where g' is not known. Cost: some ten times that of g at
+  // the nodes.
   void SampleSlope(StepSources& step);
 
   // A time inside `step`, or its end, at which f or g has a kink or a jump, if both are smooth elsewhere in it; of

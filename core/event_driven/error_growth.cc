@@ -99,22 +99,22 @@ Vector Moved(const LegendreSeries& x, double length, double s, double time) {
   return moved;
 }
 
-}  // namespace
-
-void ErrorGrowth::Largest::Raise(Index i, double of_truncation, double of_signs, double of_rounding) {
-  truncation[i] = NanMax(truncation[i], of_truncation);
-  with_signs[i] = NanMax(with_signs[i], of_signs);
-  rounding[i] = NanMax(rounding[i], of_rounding);
+void Raise(SignedErrorBounds& bounds, Index i, double truncation, double with_signs, double rounding) {
+  bounds.truncation[i] = NanMax(bounds.truncation[i], truncation);
+  bounds.with_signs[i] = NanMax(bounds.with_signs[i], with_signs);
+  bounds.rounding[i] = NanMax(bounds.rounding[i], rounding);
 }
+
+}  // namespace
 
 ErrorGrowth::ErrorGrowth(const Problem& problem)
     : problem_(problem),
       errors_(Matrix::Zero(problem.num_states(), kErrors)),
       shifts_(Eigen::RowVectorXd::Zero(kErrors)),
-      x_(problem.num_states()),
-      y_(problem.num_constraints()),
-      w_(problem.num_constraints()),
-      outputs_(problem.outputs.shown()),
+      x_(SignedErrorBounds::Zero(problem.num_states())),
+      y_(SignedErrorBounds::Zero(problem.num_constraints())),
+      w_(SignedErrorBounds::Zero(problem.num_constraints())),
+      outputs_(SignedErrorBounds::Zero(problem.outputs.shown())),
       overlooked_y_(Vector::Zero(problem.num_constraints())) {
   const Vector& x0 = problem.x0;
   for (Index e = 0; e < kSamples; ++e) {
@@ -133,8 +133,8 @@ void ErrorGrowth::AddTo(Index error, const Vector& amount) {
   errors_.col(error) += Signs(error, errors_.col(error)).cwiseProduct(amount);
 }
 
-ErrorGrowth::Largest ErrorGrowth::SizesOf(const Matrix& errors) {
-  Largest sizes;
+SignedErrorBounds ErrorGrowth::SizesOf(const Matrix& errors) {
+  SignedErrorBounds sizes;
   sizes.truncation = errors.col(kTruncation).cwiseAbs();
   sizes.with_signs = errors.col(kWithSigns).cwiseAbs();
   sizes.rounding = RowMaxAbs(errors.leftCols(kSamples));
@@ -155,22 +155,22 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
     const auto error = errors_.col(e);
     const Vector of_error = mode.is_explicit() ? Vector(error) : Vector(mode.E * error);
     if (e == kTruncation) {
-      const Vector missed = kOfMissed * step.row_error + in_rows(overlooked.truncation.slope);
+      const Vector missed = kOfMissed * step.row_error.truncation + in_rows(overlooked.truncation.slope);
       rows.col(e) = Signs(e, of_error).cwiseProduct(missed);
     } else if (e == kWithSigns) {
       const Vector& slope = overlooked.with_signs.slope;
-      rows.col(e) = kOfMissed * step.row_missed + (mode.is_explicit() ? slope : Vector(mode.E * slope));
-      sign = SignTowards(of_error, rows.col(e), step.row_noise);
+      rows.col(e) = kOfMissed * step.row_error.with_signs + (mode.is_explicit() ? slope : Vector(mode.E * slope));
+      sign = SignTowards(of_error, rows.col(e), step.row_error.rounding);
       rows.col(e) *= sign;
     } else {
       // What an ulp of the data is stays the same. For the last sample it has the signs that add to it: a system with
       // slow and fast states forgets most errors, and signs at hand may all be of that kind.
       Vector of_data = PartsOfRounding(rounding.size(), static_cast<unsigned>(e));
       if (e + 1 == kSamples) {
-        of_data = SignsThatLast(mode.slowest, step.row_noise, of_error, SignsLike(of_error, of_data));
+        of_data = SignsThatLast(mode.slowest, step.row_error.rounding, of_error, SignsLike(of_error, of_data));
       }
-      rows.col(e) =
-          of_data.cwiseProduct(step.row_noise) + Signs(e, of_error).cwiseProduct(in_rows(overlooked.rounding.slope));
+      rows.col(e) = of_data.cwiseProduct(step.row_error.rounding) +
+                    Signs(e, of_error).cwiseProduct(in_rows(overlooked.rounding.slope));
     }
   }
   ModeStepper::Response response = step.stepper->RespondAt(s_end, errors_, rows);
@@ -189,7 +189,7 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
   // The rounding of a row is another one at each time, and so not what the samples make of one that stays. Its state
   // keeps it for as long as its own equation does.
   if (mode.is_explicit()) {
-    inside += step.row_noise.cwiseQuotient(Vector(mode.F.diagonal().cwiseAbs().array() + 2 / sources.length));
+    inside += step.row_error.rounding.cwiseQuotient(Vector(mode.F.diagonal().cwiseAbs().array() + 2 / sources.length));
   }
   if (is_whole) {
     left_inside = step.left.lazyProduct(LooksBefore(s_end));
@@ -225,10 +225,10 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
   const LegendreVector slope_at = 2 / sources.length * LegendreSlopes(at);
   Matrix unexcused = errors_;
   Shrink(ValueOf(step.x, slope_at), shifts, unexcused);
-  const Largest at_end = SizesOf(unexcused);
+  const SignedErrorBounds at_end = SizesOf(unexcused);
   for (Index i = 0; i < rounding.size(); ++i) {
-    const double own = step.x_error[i] + step.layer[i] - step.x_unsettled[i];
-    x_.Raise(i, at_end.truncation[i] + own, at_end.with_signs[i] + own, at_end.rounding[i] + inside[i]);
+    const double own = step.x_error.truncation[i] + step.layer[i] - step.x_unsettled[i];
+    Raise(x_, i, at_end.truncation[i] + own, at_end.with_signs[i] + own, at_end.rounding[i] + inside[i]);
   }
   RaiseOutputs(step, slope_at, shifts, overlooked, left_inside);
   return time_error;
@@ -255,7 +255,7 @@ void ErrorGrowth::BeginJump(const SmoothStep& step, const StepSources& sources, 
   has_event_ = true;
 }
 
-ErrorGrowth::Largest ErrorGrowth::Delays() const {
+SignedErrorBounds ErrorGrowth::Delays() const {
   return SizesOf(Eigen::Map<const Eigen::Matrix<double, 1, kErrors>>(event_.delay.data()));
 }
 
@@ -272,7 +272,7 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
   const double of_terms = RoundingOf(kOperationsOfRow) * step.guard.terms[guard];
   const double depth = std::max(0.0, -series.dot(LegendreValues(s_end)) - of_terms);
   const double late = std::min(depth / std::abs(speed), sources.begin + sources.length);
-  const double late_by_rounding = late * std::min(1.0, step.guard.noise[guard] / depth);
+  const double late_by_rounding = late * std::min(1.0, step.guard.error.rounding[guard] / depth);
   for (Index e = 0; e < kErrors; ++e) {
     double moved = mode.guard.state.row(guard).dot(errors_.col(e));
     if (mode.guard.slope.size() > 0) moved += mode.guard.slope.row(guard).dot(slopes_.col(e));
@@ -282,8 +282,8 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
     if (depth > 0) event_.delay[e] += std::copysign(e < kSamples ? late_by_rounding : late - late_by_rounding, delay);
   }
-  const Largest delays = Delays();
-  return TruncationOf(delays.truncation, delays.with_signs, delays.rounding)[0] + delays.rounding[0];
+  const SignedErrorBounds delays = Delays();
+  return delays.Truncation()[0] + delays.rounding[0];
 }
 
 // Between the true time of the event and the one that was found the state went on as before instead of as after it. How
@@ -319,20 +319,20 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
                                               SignsOfRounding(1, steps_)[0]};
   for (Index e = 0; e < kSamples; ++e) errors_.col(e) += signs[static_cast<std::size_t>(e)] * jump;
   if (!(delay > rounding_of_time)) return;
-  for (Index i = 0; i < jump.size(); ++i) x_.Raise(i, 0, 0, std::abs(jump[i]));
+  for (Index i = 0; i < jump.size(); ++i) Raise(x_, i, 0, 0, std::abs(jump[i]));
 }
 
 // Beside a jump both limits are right within the error of its time. Elsewhere, and in integrals, what counts is
 // (z⁻ - z⁺) δt, here of the integral over [0, T].
 void ErrorGrowth::RaiseJumps(const SmoothStep& step) {
   const LegendreVector at = LegendreValues(-1);
-  const Largest delays = Delays();
+  const SignedErrorBounds delays = Delays();
   const double truncation = delays.truncation[0] / problem_.horizon, rounding = delays.rounding[0] / problem_.horizon;
   const double with_signs = delays.with_signs[0] / problem_.horizon;
-  const auto raise = [&](const Vector& before, const Vector& after, Largest& of) {
+  const auto raise = [&](const Vector& before, const Vector& after, SignedErrorBounds& of) {
     for (Index i = 0; i < before.size(); ++i) {
       const double jump = std::abs(after[i] - before[i]);
-      of.Raise(i, truncation * jump, with_signs * jump, rounding * jump);
+      Raise(of, i, truncation * jump, with_signs * jump, rounding * jump);
     }
   };
   raise(event_.y, ValueOf(step.y, at), y_);
@@ -348,60 +348,59 @@ void ErrorGrowth::Add(const Vector& error, const Vector& inside) {
   has_event_ = false;
   ++steps_;
   for (const Index e : {kTruncation, kWithSigns}) AddTo(e, error);
-  const Largest at_end = SizesOf(errors_);
+  const SignedErrorBounds at_end = SizesOf(errors_);
   for (Index i = 0; i < error.size(); ++i) {
-    x_.Raise(i, at_end.truncation[i] + inside[i], at_end.with_signs[i] + inside[i], at_end.rounding[i]);
+    Raise(x_, i, at_end.truncation[i] + inside[i], at_end.with_signs[i] + inside[i], at_end.rounding[i]);
   }
 }
 
 void ErrorGrowth::AddInside(const Vector& of_w) {
-  for (Index i = 0; i < of_w.size(); ++i) w_.Raise(i, of_w[i], of_w[i], 0);
+  for (Index i = 0; i < of_w.size(); ++i) Raise(w_, i, of_w[i], of_w[i], 0);
 }
 
-ErrorGrowth::ByCause ErrorGrowth::InGuards(const Mode& mode) const {
-  const Largest sizes = SizesOf(mode.guard.state * errors_);
-  return {TruncationOf(sizes.truncation, sizes.with_signs, sizes.rounding), sizes.rounding};
+ErrorBounds ErrorGrowth::InGuards(const Mode& mode) const {
+  const SignedErrorBounds sizes = SizesOf(mode.guard.state * errors_);
+  return {sizes.Truncation(), sizes.rounding};
 }
 
 Vector ErrorGrowth::InState() const {
-  const Largest sizes = SizesOf(errors_);
+  const SignedErrorBounds sizes = SizesOf(errors_);
   return sizes.truncation + sizes.rounding;
 }
 
 void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts,
                                const OverlookedByCause& overlooked, const Matrix& left_inside) {
   const Mode& mode = step.stepper->mode();
-  const Largest guards = InRows(mode.guard, step.guard, slope_at, shifts, left_inside);
+  const SignedErrorBounds guards = InRows(mode.guard, step.guard, slope_at, shifts, left_inside);
   const Index n = guards.rounding.size();
   std::vector<bool> is_active(static_cast<std::size_t>(n));
   for (const Index i : mode.active) is_active[static_cast<std::size_t>(i)] = true;
   for (Index i = 0; i < n; ++i) {
-    Largest& of = is_active[static_cast<std::size_t>(i)] ? y_ : w_;
-    of.Raise(i, guards.truncation[i], guards.with_signs[i], guards.rounding[i]);
+    SignedErrorBounds& of = is_active[static_cast<std::size_t>(i)] ? y_ : w_;
+    Raise(of, i, guards.truncation[i], guards.with_signs[i], guards.rounding[i]);
     const double dip = overlooked.truncation.y[i];
-    y_.Raise(i, dip, dip, overlooked.rounding.y[i]);
+    Raise(y_, i, dip, dip, overlooked.rounding.y[i]);
   }
   overlooked_y_ = overlooked_y_.cwiseMax(overlooked.y_size);
   if (outputs_.rounding.size() == 0) return;
-  const Largest outputs = InRows(mode.outputs, step.outputs, slope_at, shifts, left_inside);
+  const SignedErrorBounds outputs = InRows(mode.outputs, step.outputs, slope_at, shifts, left_inside);
   const Vector dips = problem_.outputs.D.AbsTimes(overlooked.truncation.y);
   const Vector of_rounding = problem_.outputs.D.AbsTimes(overlooked.rounding.y);
   for (Index i = 0; i < outputs.rounding.size(); ++i) {
-    outputs_.Raise(i, outputs.truncation[i] + dips[i], outputs.with_signs[i] + dips[i],
-                   outputs.rounding[i] + of_rounding[i]);
+    Raise(outputs_, i, outputs.truncation[i] + dips[i], outputs.with_signs[i] + dips[i],
+          outputs.rounding[i] + of_rounding[i]);
   }
 }
 
 // The errors of linear functions of the solution at the end of the step, and their own.
-ErrorGrowth::Largest ErrorGrowth::InRows(const LinearOutput& output, const StepRows& rows,
-                                         const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts,
-                                         const Matrix& left_inside) const {
+SignedErrorBounds ErrorGrowth::InRows(const LinearOutput& output, const StepRows& rows, const LegendreVector& slope_at,
+                                      const Eigen::RowVectorXd& shifts, const Matrix& left_inside) const {
   Matrix of_x = output.state * errors_;
   if (output.slope.size() > 0) of_x += output.slope * slopes_;
   Shrink(ValueOf(rows.values, slope_at), shifts, of_x);
-  Largest errors = SizesOf(of_x);
-  errors.truncation += rows.truncation;
-  errors.with_signs += rows.truncation;
+  SignedErrorBounds errors = SizesOf(of_x);
+  errors.truncation += rows.error.truncation;
+  errors.with_signs += rows.error.truncation;
   errors.rounding += RoundingOf(kOperationsOfRow) * rows.terms + RowMaxAbs(Matrix(output.state * left_inside));
   if (rows.source_slope_noise.size() > 0) errors.rounding += kOfNoise * rows.source_slope_noise;
   return errors;
@@ -412,10 +411,9 @@ TrajectoryErrors ErrorGrowth::Errors(const Magnitudes& sizes) const {
   const auto bounded = [](const Vector& errors) {
     return Vector(errors.array().isNaN().select(std::numeric_limits<double>::infinity(), errors));
   };
-  const auto by_cause = [&](const Vector& own, const Largest& errors) {
-    // What is stored is rounded.
-    const Vector rounding = errors.rounding + kUlp * own;
-    return ErrorsByCause{own, bounded(TruncationOf(errors.truncation, errors.with_signs, rounding)), bounded(rounding)};
+  const auto by_cause = [&](const Vector& own, SignedErrorBounds errors) {
+    errors.rounding += kUlp * own;  // what is stored is rounded
+    return ErrorsByCause{own, bounded(errors.Truncation()), bounded(errors.rounding)};
   };
   // A y_i that was always zero has the size of what may be missing of it.
   const Vector y_sizes = (sizes.y.array() == 0).select(overlooked_y_, sizes.y);

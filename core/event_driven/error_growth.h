@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/discretization/error_bounds.h"
 #include "core/discretization/step_sources.h"
 #include "core/event_driven/mode.h"
 #include "core/event_driven/smooth_step.h"
@@ -56,10 +57,7 @@ class ErrorGrowth {
   // Adds what x may be off by at the time reached, by rounding.
   void AddRounding(const Vector& amount);
   // The errors so far in the guards of `mode`.
-  struct ByCause {
-    Vector truncation, rounding;
-  };
-  ByCause InGuards(const Mode& mode) const;
+  ErrorBounds InGuards(const Mode& mode) const;
   // Those of each state, both causes together.
   Vector InState() const;
   // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.
@@ -76,14 +74,6 @@ class ErrorGrowth {
   static constexpr Index kTruncation = kSamples, kWithSigns = kSamples + 1;
   static constexpr Index kErrors = kSamples + 2;
 
-  // Of each component.
-  struct Largest {
-    Vector truncation, with_signs, rounding;
-
-    explicit Largest(Index size = 0) : truncation(Vector::Zero(size)), with_signs(truncation), rounding(truncation) {}
-    void Raise(Index i, double of_truncation, double of_signs, double of_rounding);
-  };
-
   // An event or a break point, at position `s` of the step that led to it, after which x' is not known yet.
   struct Event {
     LegendreSeries x;
@@ -99,22 +89,22 @@ class ErrorGrowth {
   // What jumps of y, w and outputs come to by the error of the time of the event.
   void RaiseJumps(const SmoothStep& step);
   // How far the time of the event may be off.
-  Largest Delays() const;
+  SignedErrorBounds Delays() const;
   double BeginEvent(const SmoothStep& step, const StepSources& sources, double s_end, Index guard);
   // The signs that the error with this index is given, where it has those of `values`.
   Vector Signs(Index error, const Eigen::Ref<const Vector>& values) const;
   // Adds `amount` to the error with this index, with the signs that it is given.
   void AddTo(Index error, const Vector& amount);
   // The sizes of the errors in the columns; rounding is the largest sample.
-  static Largest SizesOf(const Matrix& errors);
+  static SignedErrorBounds SizesOf(const Matrix& errors);
   // The errors of y and w for those of x at the end of the step. What fast states make of them at its begin decays at
   // once. `slope_at` makes slopes of polynomials; `shifts` are the times that excuse the errors; `left_inside` is what
   // the refinement left of x at some times of the step.
   void RaiseOutputs(const SmoothStep& step, const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts,
                     const OverlookedByCause& overlooked, const Matrix& left_inside);
 
-  Largest InRows(const LinearOutput& output, const StepRows& rows, const LegendreVector& slope_at,
-                 const Eigen::RowVectorXd& shifts, const Matrix& left_inside) const;
+  SignedErrorBounds InRows(const LinearOutput& output, const StepRows& rows, const LegendreVector& slope_at,
+                           const Eigen::RowVectorXd& shifts, const Matrix& left_inside) const;
 
   const Problem& problem_;
   Matrix errors_;  // one a column
@@ -124,7 +114,7 @@ class ErrorGrowth {
   double last_event_ = -std::numeric_limits<double>::infinity();
   Eigen::RowVectorXd shifts_;  // of the last event, by each error
   unsigned steps_ = 0;
-  Largest x_, y_, w_, outputs_;
+  SignedErrorBounds x_, y_, w_, outputs_;
   Vector overlooked_y_;  // the largest y_size
 };
 

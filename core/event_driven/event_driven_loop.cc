@@ -246,10 +246,10 @@ void EventDrivenLoop::TakeStep(const Mode& mode, const Vector& start, const Even
                           ShareOfTolerance(sources_.length, problem_.horizon), gap);
   };
   step_ = take();
-  if (mode.guard.slope_g.size() == 0 || sources_.g_is_steady || sources_.g_slope.rows() > 0) return;
+  if (mode.guard.slope_g.size() == 0 || sources_.g.is_steady || sources_.g.slope.rows() > 0) return;
   const auto depends = (mode.guard.slope_g.array() != 0).rowwise().any().eval();
   const Vector sizes = SizeOfRows(step_.guard.values);
-  if (!(depends && step_.guard.noise.array() > tolerance_ * sizes.array()).any()) return;
+  if (!(depends && step_.guard.error.rounding.array() > tolerance_ * sizes.array()).any()) return;
   sampler_.SampleSlope(sources_);
   step_ = take();
 }
@@ -303,7 +303,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   const double step_end = length == limit - t_ ? limit : t_ + length;  // not beyond a break point by rounding
   sampler_.Sample(t_, step_end, sources_);
   if (!sources_.finite) return FailNonFinite();
-  magnitudes_.RaiseReach(mode_->dynamics, std::max(mode_->rate, 1 / problem_.horizon), sources_.f_size);
+  magnitudes_.RaiseReach(mode_->dynamics, std::max(mode_->rate, 1 / problem_.horizon), sources_.f.size);
   x_start_ = x_;
   if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_start_))
     return GiveUpMode("the state is off the constraints of the active set");
@@ -451,7 +451,7 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   if (t_ == 0) begin_error_ = ErrorOfStart();
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
-  const ErrorGrowth::ByCause of_state = errors_.InGuards(*mode_);
+  const ErrorBounds of_state = errors_.InGuards(*mode_);
   ErrorGrowth::OverlookedByCause overlooked = OverlookedEvents(problem_, step_, of_state, magnitudes_, s_end, end - t_,
                                                                length_.ShortestMode(t_, mode_), repelled_);
   const Vector x_error = errors_.InState();
@@ -510,13 +510,14 @@ double EventDrivenLoop::ErrorOfStart() const {
     if (rounding[i] < speed * sources_.length) error = std::max(error, rounding[i] / speed);
   };
   for (Index i = 0; i < guards.size(); ++i) {
-    if (std::abs(guards[i]) <= step_.guard.noise[i]) raise(i, std::abs(speeds[i]));
+    if (std::abs(guards[i]) <= step_.guard.error.rounding[i]) raise(i, std::abs(speeds[i]));
   }
-  const Vector q = problem_.N * x_start_ + ValueOf(sources_.g, at_begin);
+  const Vector q = problem_.N * x_start_ + ValueOf(sources_.g.values, at_begin);
   const auto is_at_edge = (q.array().abs() <= rounding.array()).eval();
   const Vector y_before = is_at_edge.select(0, ValueOf(step_.y, at_begin));
-  const Vector x_slope = problem_.A * x_start_ + problem_.B * y_before + ValueOf(sources_.f, at_begin);
-  const Vector q_slope = problem_.N * x_slope + 2 / sources_.length * ValueOf(sources_.g, LegendreSlopes(at_begin));
+  const Vector x_slope = problem_.A * x_start_ + problem_.B * y_before + ValueOf(sources_.f.values, at_begin);
+  const Vector q_slope =
+      problem_.N * x_slope + 2 / sources_.length * ValueOf(sources_.g.values, LegendreSlopes(at_begin));
   for (const Index i : active) {
     if (is_at_edge[i]) raise(i, std::abs(q_slope[i]));
   }

@@ -44,26 +44,26 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   RaiseScale(x);
   const Vector y_begin = ValueOf(step.y, LegendreValues(-1));
   terms_ = terms_.cwiseMax(problem_.A.AbsTimes(x_begin.cwiseAbs()) + problem_.B.AbsTimes(y_begin.cwiseAbs()) +
-                           sources.f_size);
+                           sources.f.size);
 
   // In a step this short x hardly moves, whatever is missed in it; it is taken at a jump or a kink, or x' is mostly
   // rounding.
   constexpr double kShortestMeasured = 1e-9;
   if (end - sources.begin < kShortestMeasured * problem_.horizon) return;
-  Measure(x, y, ValueOf(sources.g, at_end), active, at_nodes_, certificate_.node_complementarity);
+  Measure(x, y, ValueOf(sources.g.values, at_end), active, at_nodes_, certificate_.node_complementarity);
   const LegendreVector at_check = LegendreValues(sources.check_s);
   const Vector x_check = ValueOf(step.x, at_check);
   const Vector y_check = ValueOf(step.y, at_check);
-  Measure(x_check, y_check, sources.g_at_check, active, between_nodes_, certificate_.midpoint_complementarity);
-  const Vector slope = problem_.A * x_check + problem_.B * y_check + sources.f_at_check;
+  Measure(x_check, y_check, sources.g.at_check, active, between_nodes_, certificate_.midpoint_complementarity);
+  const Vector slope = problem_.A * x_check + problem_.B * y_check + sources.f.at_check;
   slope_size_ = slope_size_.cwiseMax(problem_.A.AbsTimes(x_check.cwiseAbs()) + problem_.B.AbsTimes(y_check.cwiseAbs()) +
-                                     sources.f_at_check.cwiseAbs());
+                                     sources.f.at_check.cwiseAbs());
   // What is no more than the rounding of the polynomials and of the terms is no defect.
   const LegendreVector slope_at = 2 / sources.length * LegendreSlopes(at_check);
   const Vector rounding =
       RoundingOf(8) * (slope_at.cwiseAbs().sum() * SizeOfRows(step.x) + problem_.A.AbsTimes(x_check.cwiseAbs()) +
                        problem_.B.AbsTimes(y_check.cwiseAbs())) +
-      sources.f_noise;
+      sources.f.error.rounding;
   const Vector missed = (ValueOf(step.x, slope_at) - slope).cwiseAbs() - rounding;
   RaiseRowMaxAbs(missed.cwiseMax(0), defect_);
   // What stays zero is not zero to the last bit: a state is a sum of what it moves by, y of the terms that cancel in

@@ -66,7 +66,7 @@ JumpsNearZero::JumpsNearZero(const Problem& problem, Selection selection, bool y
 // polynomial of w_i has the rounding of w_i over the length. Where y depends on x', that of M y is left.
 double JumpsNearZero::SpeedOfFall(const SmoothStep& step, Index pair, PartOfStep part, const Vector& slope_error,
                                   SourceSampler& sampler, StepSources& sources) const {
-  if (!sources.g_is_steady && sources.g_slope.rows() == 0) sampler.SampleSlope(sources);
+  if (!sources.g.is_steady && sources.g.slope.rows() == 0) sampler.SampleSlope(sources);
   const Mode& mode = step.stepper->mode();
   const Index n = problem_.num_constraints();
   Vector row = problem_.N.Dense().row(pair).transpose(), row_g = Vector::Unit(n, pair), row_y = Vector::Zero(n);
@@ -78,13 +78,13 @@ double JumpsNearZero::SpeedOfFall(const SmoothStep& step, Index pair, PartOfStep
   }
   const auto falls_at = [&](double s) {
     const LegendreVector at = LegendreValues(s);
-    const Vector x = ValueOf(step.x, at), y = ValueOf(step.y, at).cwiseMax(0), f = ValueOf(sources.f, at);
+    const Vector x = ValueOf(step.x, at), y = ValueOf(step.y, at).cwiseMax(0), f = ValueOf(sources.f.values, at);
     const Vector terms = problem_.A.AbsTimes(x.cwiseAbs()) + problem_.B.AbsTimes(y) + f.cwiseAbs();
     double slope = row.dot(problem_.A * x + problem_.B * y + f);
     double error = row.cwiseAbs().dot(RoundingOf(kOperationsOfSlope) * terms + slope_error);
-    if (!sources.g_is_steady) {
-      slope += row_g.dot(ValueOf(sources.g_slope, at));
-      error += row_g.cwiseAbs().dot(sources.g_slope_noise);
+    if (!sources.g.is_steady) {
+      slope += row_g.dot(ValueOf(sources.g.slope, at));
+      error += row_g.cwiseAbs().dot(sources.g.slope_rounding);
     }
     if (!mode.is_explicit()) slope += row_y.dot(ValueOf(step.y, 2 / sources.length * LegendreSlopes(at)));
     return -slope - error;
@@ -96,21 +96,21 @@ double JumpsNearZero::SpeedOfFall(const SmoothStep& step, Index pair, PartOfStep
   return speed;
 }
 
-void JumpsNearZero::AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_state, const Vector& x_error,
-                          double s_end, bool begins_mode, std::optional<Index> ends_mode, SourceSampler& sampler,
+void JumpsNearZero::AddTo(const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end,
+                          bool begins_mode, std::optional<Index> ends_mode, SourceSampler& sampler,
                           StepSources& sources, ErrorGrowth::OverlookedByCause& overlooked) {
   for (OfPair& of : pairs_) {
     AddOf(of, step, of_state, x_error, s_end, begins_mode, of.pair == ends_mode, sampler, sources, overlooked);
   }
 }
 
-void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorGrowth::ByCause& of_state,
-                          const Vector& x_error, double s_end, bool begins_mode, bool ends_mode, SourceSampler& sampler,
-                          StepSources& sources, ErrorGrowth::OverlookedByCause& overlooked) {
+void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error,
+                          double s_end, bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
+                          ErrorGrowth::OverlookedByCause& overlooked) {
   const Mode& mode = step.stepper->mode();
   const Index i = of.pair;
-  const double noise = step.guard.noise[i], rounding = of_state.rounding[i];
-  const double truncation = step.guard.truncation[i] + of_state.truncation[i];
+  const double noise = step.guard.error.rounding[i], rounding = of_state.rounding[i];
+  const double truncation = step.guard.error.truncation[i] + of_state.truncation[i];
   const double within_rounding = rounding + std::min(truncation, kOfNoise * noise), within_both = rounding + truncation;
   const LegendreVector guard = step.guard.values.row(i).transpose();
   const std::vector<PartOfStep> near = PartsNearZero(guard, within_both, s_end, ends_mode);
@@ -130,9 +130,9 @@ void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorGrowth:
   if (!y_jumps && !may_touch) return;
   Vector y_error = Vector::Zero(jump.size());
   for (const Index k : mode.active)
-    y_error[k] = of_state.truncation[k] + of_state.rounding[k] + kOfNoise * step.guard.noise[k];
-  const Vector slope_error =
-      problem_.A.AbsTimes(x_error + step.x_error + kOfNoise * step.x_noise) + problem_.B.AbsTimes(y_error);
+    y_error[k] = of_state.truncation[k] + of_state.rounding[k] + kOfNoise * step.guard.error.rounding[k];
+  const Vector slope_error = problem_.A.AbsTimes(x_error + step.x_error.truncation + kOfNoise * step.x_error.rounding) +
+                             problem_.B.AbsTimes(y_error);
   // What y may be off by, as a multiple of y_by: the largest value, and the integral over s on such parts.
   const Vector y_by = y_jumps ? Vector(jump.cwiseAbs()) : Vector(Vector::Unit(jump.size(), i));
   double largest = 0;

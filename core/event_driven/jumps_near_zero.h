@@ -31,8 +31,8 @@ class JumpsNearZero {
   // the first one of its mode; `ends_mode`: the guard that ends it, if one does. `of_state`: the errors of guards that
   // those of the state before the step, `x_error`, make. Samples g' where a guard comes near zero. Cost: K² for each of
   // the pairs, and an LCP where its guard comes near zero.
-  void AddTo(const SmoothStep& step, const ErrorGrowth::ByCause& of_state, const Vector& x_error, double s_end,
-             bool begins_mode, std::optional<Index> ends_mode, SourceSampler& sampler, StepSources& sources,
+  void AddTo(const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end, bool begins_mode,
+             std::optional<Index> ends_mode, SourceSampler& sampler, StepSources& sources,
              ErrorGrowth::OverlookedByCause& overlooked);
 
  private:
@@ -43,8 +43,8 @@ class JumpsNearZero {
     Vector truncation = {}, rounding = {};
     bool leaves_event = false;  // the guard has been near zero, and rising, since its mode began
   };
-  void AddOf(OfPair& of, const SmoothStep& step, const ErrorGrowth::ByCause& of_state, const Vector& x_error,
-             double s_end, bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
+  void AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end,
+             bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
              ErrorGrowth::OverlookedByCause& overlooked);
   double SpeedOfFall(const SmoothStep& step, Index pair, PartOfStep part, const Vector& slope_error,
                      SourceSampler& sampler, StepSources& sources) const;

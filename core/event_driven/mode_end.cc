@@ -47,11 +47,10 @@ struct DipsByCause {
 // its error, an event may have been missed. What is no deeper than rounding is rounding, the rest truncation. y and w
 // of a pair are the two sides of one number, so that an ulp of its size is rounding too; `so_far`: that before the
 // step.
-DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorGrowth::ByCause& of_state, double so_far,
-                      double s_end) {
+DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorBounds& of_state, double so_far, double s_end) {
   const LegendreVector series = step.guard.values.row(guard).transpose();
-  const double noise = step.guard.noise[guard];
-  const double error = step.guard.truncation[guard] + of_state.truncation[guard] + of_state.rounding[guard];
+  const double noise = step.guard.error.rounding[guard];
+  const double error = step.guard.error.truncation[guard] + of_state.truncation[guard] + of_state.rounding[guard];
   if (series[0] - series.tail<kLegendreDegree>().cwiseAbs().sum() > error) return {};
   const Dip dip = DipBelowZero(series, kOfNoise * noise, s_end);
   const auto near_zero = [&](double distance) {
@@ -172,7 +171,7 @@ bool FallsFromZero(const SmoothStep& step, const ModeEnd& end) {
 
 bool StartsBelowByTruncation(const SmoothStep& step, Index guard) {
   const double tail = step.guard.tail[guard], begin = ValueAtBegin(step, guard);
-  return tail > 4 * step.guard.noise[guard] && begin < 0 && begin > -8 * tail;
+  return tail > 4 * step.guard.error.rounding[guard] && begin < 0 && begin > -8 * tail;
 }
 
 void LetRisingGuardsStartBelow(SmoothStep& step) {
@@ -209,9 +208,8 @@ double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, 
 }
 
 ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
-                                                const ErrorGrowth::ByCause& of_state, const Magnitudes& magnitudes,
-                                                double s_end, double duration, double shortest,
-                                                RepelledStarts& repelled) {
+                                                const ErrorBounds& of_state, const Magnitudes& magnitudes, double s_end,
+                                                double duration, double shortest, RepelledStarts& repelled) {
   const Mode& mode = step.stepper->mode();
   const Vector no_state = Vector::Zero(problem.num_states());
   const ErrorGrowth::Overlooked nothing{no_state, no_state, Vector::Zero(problem.num_constraints())};
@@ -221,7 +219,7 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
     const LegendreVector guard = step.guard.values.row(i).transpose();
     // More than is allowed counts as an error elsewhere.
     const double error_of_state = std::max(of_state.truncation[i], of_state.rounding[i]);
-    const double unknown = step.guard.noise[i] + std::min(error_of_state, step.guard_allowed[i]);
+    const double unknown = step.guard.error.rounding[i] + std::min(error_of_state, step.guard_allowed[i]);
     if (is_active || !repelled.MayBe(i, guard, unknown)) {
       repelled.End(i);
     } else {
@@ -251,7 +249,7 @@ double RatioOfDips(const Problem& problem, const SmoothStep& step, const Magnitu
                    double s_end, double duration, double shortest) {
   const std::vector<Index>& active = step.stepper->mode().active;
   const Vector no_error = Vector::Zero(problem.num_constraints()), no_state = Vector::Zero(problem.num_states());
-  const ErrorGrowth::ByCause of_state{no_error, no_error};
+  const ErrorBounds of_state{no_error, no_error};
   double ratio = 0;
   for (Index i = 0; i < no_error.size(); ++i) {
     const bool is_active = std::binary_search(active.begin(), active.end(), i);
@@ -263,7 +261,7 @@ double RatioOfDips(const Problem& problem, const SmoothStep& step, const Magnitu
     const double of_errors =
         NanMax(LargestRatio(of.x + duration * of.slope, tolerance * magnitudes.x.cwiseMax(step.x_size)),
                LargestRatio(of.y, tolerance * magnitudes.y));
-    const double of_rounding = dip.depth / std::max(dips.ulp, step.guard.noise[i]);
+    const double of_rounding = dip.depth / std::max(dips.ulp, step.guard.error.rounding[i]);
     ratio = NanMax(ratio, std::min(of_errors, of_rounding));
   }
   return ratio;

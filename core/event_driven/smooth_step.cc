@@ -22,8 +22,8 @@ constexpr Index kOperationsOfStep = 128;
 
 LegendreSeries Output(const LinearOutput& output, const ModeStepper::Solution& solution, const StepSources& sources) {
   LegendreSeries series = Apply(output.state, solution.x);
-  if (output.g.size() > 0) AddApplied(output.g, sources.g, sources.g_is_steady, series);
-  if (output.f.size() > 0) AddApplied(output.f, sources.f, sources.f_is_steady, series);
+  if (output.g.size() > 0) AddApplied(output.g, sources.g.values, sources.g.is_steady, series);
+  if (output.f.size() > 0) AddApplied(output.f, sources.f.values, sources.f.is_steady, series);
   if (output.slope.size() > 0) series += Apply(output.slope, solution.slope);
   return series;
 }
@@ -70,8 +70,8 @@ Allowed AllowedErrors(const Mode& mode, const SmoothStep& step, const StatesAndG
 }
 
 double ErrorRatio(const SmoothStep& step, const Allowed& allowed) {
-  const double of_x = NanMax(LargestRatio(step.x_error, allowed.x), LargestRatio(step.layer, allowed.layer));
-  return NanMax(of_x, LargestRatio(step.guard.truncation, allowed.guard));
+  const double of_x = NanMax(LargestRatio(step.x_error.truncation, allowed.x), LargestRatio(step.layer, allowed.layer));
+  return NanMax(of_x, LargestRatio(step.guard.error.truncation, allowed.guard));
 }
 
 // Sets the lengths that resolve the given parts of layers. A layer that is little more than allowed may be one of
@@ -127,17 +127,18 @@ class StepErrors {
 
 void StepErrors::OfRows(const Vector& size_of_source) {
   rows_size_ = AbsTimes(mode_.F, x_size_) + size_of_source;
-  step_.row_noise = mode_.F_terms * x_size_ + size_of_source;
-  step_.slope_size = step_.row_noise;
+  step_.row_error.rounding = mode_.F_terms * x_size_ + size_of_source;
+  step_.slope_size = step_.row_error.rounding;
   if (!mode_.is_explicit()) {
     rows_size_ += AbsTimes(mode_.E, slope_size_);
-    step_.row_noise += mode_.E_terms * slope_size_;
+    step_.row_error.rounding += mode_.E_terms * slope_size_;
     step_.slope_size = slope_size_ + AbsTimes(mode_.dynamics, x_size_);
   }
-  step_.row_noise *= kUlp;
-  step_.row_error = InRows(mode_, sources_.f_missed.cwiseAbs(), sources_.g_missed.cwiseAbs());
-  step_.row_missed = mode_.is_explicit() ? sources_.f_misfit : Vector(mode_.E * sources_.f_misfit);
-  if (mode_.source_g.size() > 0) step_.row_missed += mode_.source_g * sources_.g_misfit;
+  step_.row_error.rounding *= kUlp;
+  step_.row_error.truncation = InRows(mode_, sources_.f.error.truncation, sources_.g.error.truncation);
+  step_.row_error.with_signs =
+      mode_.is_explicit() ? sources_.f.error.with_signs : Vector(mode_.E * sources_.f.error.with_signs);
+  if (mode_.source_g.size() > 0) step_.row_error.with_signs += mode_.source_g * sources_.g.error.with_signs;
 }
 
 void StepErrors::OfStates() {
@@ -156,9 +157,9 @@ void StepErrors::OfStates() {
   step_.x_rounding = RoundingOf(kOperationsOfStep) * x_size_ +
                      RowMaxAbs(of_rounding_.leftCols(kLooks)).cwiseMax(RowMaxAbs(of_rounding_.rightCols(kLooks)));
   step_.rounding_at_end = of_rounding_(Eigen::all, Eigen::seqN(kLooks - 1, 2, kLooks));
-  step_.x_noise = is_stiff.select(step_.x_rounding + magnitudes_.x_noise, step_.x_rounding);
+  step_.x_error.rounding = is_stiff.select(step_.x_rounding + magnitudes_.x_noise, step_.x_rounding);
   // That is an upper bound, with which a stiff row may hide a boundary layer: what rounding there is shows.
-  x_coefficients_ = kOfCoefficient * step_.x_noise.cwiseProduct(solution_.stiffness.cwiseMax(1));
+  x_coefficients_ = kOfCoefficient * step_.x_error.rounding.cwiseProduct(solution_.stiffness.cwiseMax(1));
   // Of the rounding of the start only what it makes of fast states shows, and that of a row for as long as its own
   // equation keeps it.
   if (is_stiff.any()) {
@@ -171,38 +172,39 @@ void StepErrors::OfStates() {
   step_.x_tail = EstimateTail(step_.x, x_coefficients_);
   step_.x_hidden = RowMaxAbs(step_.x.rightCols<2>()).cwiseMin(x_coefficients_);
   const Vector unsettled = solution_.uncertainty + (solution_.kept_layer - x_coefficients_).cwiseMax(0);
-  step_.x_error = step_.x_tail + unsettled;
+  step_.x_error.truncation = step_.x_tail + unsettled;
   // A fast state starts where rounding of the others puts it, and settles.
   step_.x_unsettled = (unsettled + step_.layer).cwiseMin(step_.x_rounding);
-  if ((step_.row_error.array() != 0).any()) {
+  if ((step_.row_error.truncation.array() != 0).any()) {
     Matrix missed(m, 2);
-    missed << signs.cwiseProduct(step_.row_error), step_.row_missed;
+    missed << signs.cwiseProduct(step_.row_error.truncation), step_.row_error.with_signs;
     const Matrix response = step_.stepper->RespondAtLooks(Matrix::Zero(m, 2), missed);
-    step_.x_error +=
-        TruncationOf(RowMaxAbs(response.leftCols(kLooks)), RowMaxAbs(response.rightCols(kLooks)), step_.x_rounding);
+    const SignedErrorBounds of_sources{{RowMaxAbs(response.leftCols(kLooks)), step_.x_rounding},
+                                       RowMaxAbs(response.rightCols(kLooks))};
+    step_.x_error.truncation += of_sources.Truncation();
   }
   // They are zero whatever the triangular form makes of them.
   for (const Index i : step_.unreached)
-    step_.x_tail[i] = step_.x_hidden[i] = step_.x_error[i] = step_.layer[i] = step_.x_unsettled[i] = 0;
+    step_.x_tail[i] = step_.x_hidden[i] = step_.x_error.truncation[i] = step_.layer[i] = step_.x_unsettled[i] = 0;
 }
 
 void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, StepRows& rows) const {
   constexpr double kOfSlopes = 16;  // the noise of x' is that of single roundings
-  rows.terms = Size(output, x_size_, slope_size_, sources_.f_size, sources_.g_size);
-  Vector& noise = rows.noise;
-  noise = RoundingOf(kOperationsOfStep) * rows.terms;
-  if (output.g.size() > 0) noise += AbsTimes(output.g, sources_.g_noise);
-  if (output.f.size() > 0) noise += AbsTimes(output.f, sources_.f_noise);
+  rows.terms = Size(output, x_size_, slope_size_, sources_.f.size, sources_.g.size);
+  Vector& rounding = rows.error.rounding;
+  rounding = RoundingOf(kOperationsOfStep) * rows.terms;
+  if (output.g.size() > 0) rounding += AbsTimes(output.g, sources_.g.error.rounding);
+  if (output.f.size() > 0) rounding += AbsTimes(output.f, sources_.f.error.rounding);
   if (output.slope.size() > 0) {
     rows.source_slope_noise = AbsTimes(output.slope, solution_.source_slope_noise);
-    noise += kOfSlopes * AbsTimes(output.slope, solution_.slope_noise);
+    rounding += kOfSlopes * AbsTimes(output.slope, solution_.slope_noise);
   }
-  const Vector coefficients = kOfCoefficient * noise + AbsTimes(output.state, x_coefficients_);
+  const Vector coefficients = kOfCoefficient * rounding + AbsTimes(output.state, x_coefficients_);
   // Where a row is a small difference of states, such as the voltage of a high resistance between inductors, what
   // rounding does to them mostly cancels.
-  noise +=
+  rounding +=
       RoundingOf(kOperationsOfStep) * AbsTimes(output.state, x_size_) + RowMaxAbs(Matrix(output.state * of_rounding_));
-  if (solution_.IsStiff()) noise += RowMaxAbs(Matrix(output.state * magnitudes_.rounding));
+  if (solution_.IsStiff()) rounding += RowMaxAbs(Matrix(output.state * magnitudes_.rounding));
   rows.tail = EstimateTail(rows.values, coefficients);
   // A slope misses Σ a_k P'_k over k > K, each of which is (2k + 1) P_{k-1} + (2k - 3) P_{k-3} + ...: k (k + 1)/2 a_k
   // at the ends, of which the decay of its coefficients shows the first term.
@@ -210,19 +212,20 @@ void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, St
     const auto has_slope = (output.slope.array() != 0).rowwise().any().eval();
     rows.tail = has_slope.select((kLegendreDegree + 2) / 4.0 * rows.tail, rows.tail);
   }
-  rows.truncation = rows.tail + lift.cwiseAbs();
-  Vector of_sources = AbsTimes(output.g, sources_.g_missed.cwiseAbs()), with_signs = output.g * sources_.g_misfit;
+  Vector of_sources = AbsTimes(output.g, sources_.g.error.truncation),
+         with_signs = output.g * sources_.g.error.with_signs;
   if (output.f.size() > 0) {
-    of_sources += AbsTimes(output.f, sources_.f_missed.cwiseAbs());
-    with_signs += output.f * sources_.f_misfit;
+    of_sources += AbsTimes(output.f, sources_.f.error.truncation);
+    with_signs += output.f * sources_.f.error.with_signs;
   }
   if (output.slope_g.size() > 0) {
     // What the interpolant of g misses is (1 - s²) U_{K-1}(s), whose slope at the ends is 2K times its largest value.
     const double of_slopes = 4 * kLegendreDegree / sources_.length;
-    of_sources += of_slopes * AbsTimes(output.slope_g, sources_.g_missed.cwiseAbs());
-    with_signs += of_slopes * (output.slope_g * sources_.g_misfit);
+    of_sources += of_slopes * AbsTimes(output.slope_g, sources_.g.error.truncation);
+    with_signs += of_slopes * (output.slope_g * sources_.g.error.with_signs);
   }
-  rows.truncation += TruncationOf(of_sources, with_signs, noise);
+  const SignedErrorBounds of_polynomials{{of_sources, rounding}, with_signs};
+  rows.error.truncation = rows.tail + lift.cwiseAbs() + of_polynomials.Truncation();
 }
 
 // The levels of the guards. `lift` as above; `gap` as in TakeSmoothStep().
@@ -231,7 +234,8 @@ Vector GuardLevels(const Mode& mode, const SmoothStep& step, const Vector& guard
   // A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the step:
   // where modes accumulate, all sizes are small. A smaller violation is a negligible error.
   constexpr double kLevelPart = 1e-6;
-  Vector levels = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard.noise).cwiseMax(step.guard.tail);
+  Vector levels =
+      (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard.error.rounding).cwiseMax(step.guard.tail);
   if (gap) {
     const Vector slope = mode.guard.slope.size() > 0 ? AbsTimes(mode.dynamics, gap->x) : Vector();
     levels += Size(mode.guard, gap->x, slope, gap->f, gap->g);
@@ -246,36 +250,32 @@ Vector GuardLevels(const Mode& mode, const SmoothStep& step, const Vector& guard
 
 }  // namespace
 
-Vector TruncationOf(const Vector& bound, const Vector& with_signs, const Vector& rounding) {
-  return (with_signs.array().abs() <= rounding.array()).select(with_signs.cwiseAbs().cwiseMin(bound), bound);
-}
-
 Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s) {
   return 2 / sources.length * ValueOf(step.x, LegendreSlopes(LegendreValues(s)));
 }
 
 EventGap GapOf(const SmoothStep& step, const StepSources& sources) {
-  return {step.x_tail, sources.f_missed.cwiseAbs() + EstimateTail(sources.f),
-          sources.g_missed.cwiseAbs() + EstimateTail(sources.g)};
+  return {step.x_tail, sources.f.error.truncation + EstimateTail(sources.f.values),
+          sources.g.error.truncation + EstimateTail(sources.g.values)};
 }
 
 SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eigen::Ref<const Vector>& start,
                           const StepSources& sources, const Magnitudes& magnitudes, double tolerance, double share,
                           const EventGap* gap) {
   const Mode& mode = stepper->mode();
-  LegendreSeries b = mode.is_explicit() ? sources.f : Apply(mode.E, sources.f);
-  if (mode.source_g.size() > 0) AddApplied(mode.source_g, sources.g, sources.g_is_steady, b);
+  LegendreSeries b = mode.is_explicit() ? sources.f.values : Apply(mode.E, sources.f.values);
+  if (mode.source_g.size() > 0) AddApplied(mode.source_g, sources.g.values, sources.g.is_steady, b);
 
   SmoothStep step;
   step.stepper = std::move(stepper);
-  const Vector noise_of_sources = kOfNoise * InRows(mode, sources.f_noise, sources.g_noise);
+  const Vector noise_of_sources = kOfNoise * InRows(mode, sources.f.error.rounding, sources.g.error.rounding);
   ModeStepper::SlopeOfSource slope;
-  if (sources.g_is_steady && mode.num_algebraic > 0) {
+  if (sources.g.is_steady && mode.num_algebraic > 0) {
     slope.values = LegendreSeries::Zero(mode.num_algebraic, kLegendreSize);
     slope.noise = Vector::Zero(mode.num_algebraic);
-  } else if (sources.g_slope.rows() > 0 && mode.num_algebraic > 0) {
-    slope.values = mode.algebraic_g() * sources.g_slope;
-    slope.noise = AbsTimes(mode.algebraic_g(), sources.g_slope_noise);
+  } else if (sources.g.slope.rows() > 0 && mode.num_algebraic > 0) {
+    slope.values = mode.algebraic_g() * sources.g.slope;
+    slope.noise = AbsTimes(mode.algebraic_g(), sources.g.slope_rounding);
   }
   ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources, slope);
   step.unreached = solution.unreached;
@@ -284,7 +284,7 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   step.y = Output(mode.y, solution, sources);
   step.guard.values = Output(mode.guard, solution, sources);
   if (mode.refinement) {
-    mode.refinement->Refine(mode.active, solution.x, solution.slope, sources.f, sources.g, step.y);
+    mode.refinement->Refine(mode.active, solution.x, solution.slope, sources.f.values, sources.g.values, step.y);
     step.guard.values(mode.active, Eigen::all) = step.y(mode.active, Eigen::all);
   }
   if (mode.outputs.state.rows() > 0) step.outputs.values = Output(mode.outputs, solution, sources);
@@ -297,12 +297,13 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   errors.OfLinearRows(mode.guard, lift, step.guard);
   if (mode.outputs.state.rows() > 0) {
     errors.OfLinearRows(mode.outputs, 2 * mode.outputs.state * solution.layer, step.outputs);
-    step.outputs.noise += kUlp * AbsTimes(mode.outputs_of_y, SizeOfRows(step.y(mode.active, Eigen::all)));
+    step.outputs.error.rounding += kUlp * AbsTimes(mode.outputs_of_y, SizeOfRows(step.y(mode.active, Eigen::all)));
   }
   step.x_size = errors.x_size();
   const Vector guard_size = SizeOfRows(step.guard.values);
-  const Allowed allowed = AllowedErrors(mode, step, {errors.x_size(), guard_size}, {step.x_noise, step.guard.noise},
-                                        magnitudes, tolerance, share);
+  const Allowed allowed =
+      AllowedErrors(mode, step, {errors.x_size(), guard_size}, {step.x_error.rounding, step.guard.error.rounding},
+                    magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
   step.guard_allowed = allowed.guard;
   if (step.error_ratio > 1) SetLayerLengths(mode, solution.layer_parts, allowed, step);
@@ -323,13 +324,14 @@ void LimitSizes(const StepSources& sources, double s, SmoothStep& step) {
   const Mode& mode = step.stepper->mode();
   const auto at = LooksBefore(s);
   const auto before = [&at](const LegendreSeries& series) { return RowMaxAbs(Matrix(series.lazyProduct(at))); };
-  const Vector x = before(step.x), f = before(sources.f), g = before(sources.g);
+  const Vector x = before(step.x), f = before(sources.f.values), g = before(sources.g.values);
   Vector slope;
   if (!mode.is_explicit()) slope = before(2 / sources.length * DerivativeOf(step.x));
   const auto limit = [](const Vector& size, Vector& limited) { limited = limited.cwiseMin(size); };
-  Vector rows = mode.F_terms * x + InRows(mode, f + sources.f_noise / kUlp, g + sources.g_noise / kUlp);
+  Vector rows =
+      mode.F_terms * x + InRows(mode, f + sources.f.error.rounding / kUlp, g + sources.g.error.rounding / kUlp);
   if (!mode.is_explicit()) rows += mode.E_terms * slope;
-  limit(kUlp * rows, step.row_noise);
+  limit(kUlp * rows, step.row_error.rounding);
   limit(mode.is_explicit() ? rows : Vector(slope + AbsTimes(mode.dynamics, x)), step.slope_size);
   limit(x, step.x_size);
   limit(Size(mode.guard, x, slope, f, g), step.guard.terms);
@@ -346,19 +348,19 @@ double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, cons
     const Vector whole = SizeOfRows(series);
     return Vector((part.array() < whole.array()).select(noise.cwiseProduct(part).cwiseQuotient(whole), noise));
   };
-  const StatesAndGuards noise{before(step.x_noise, size.x.cwiseMax(magnitudes.x), step.x),
-                              before(step.guard.noise, size.guard, step.guard.values)};
+  const StatesAndGuards noise{before(step.x_error.rounding, size.x.cwiseMax(magnitudes.x), step.x),
+                              before(step.guard.error.rounding, size.guard, step.guard.values)};
   return ErrorRatio(step, AllowedErrors(mode, step, size, noise, magnitudes, tolerance, share));
 }
 
 bool Project(const Mode& mode, const StepSources& sources, double tolerance, Magnitudes& magnitudes, Vector& x) {
   if (mode.num_algebraic == 0) return true;
-  const Vector g = ValueOf(sources.g, LegendreValues(-1));
+  const Vector g = ValueOf(sources.g.values, LegendreValues(-1));
   const Matrix of_g = mode.algebraic_g();
   const Vector residual = mode.algebraic_rows() * x + of_g * g;
   const Vector size = mode.algebraic_rows().cwiseAbs() * x.cwiseAbs() + of_g.cwiseAbs() * g.cwiseAbs();
   // Nothing is known of a residual that is not larger.
-  const Vector rounding = RoundingOf(kOperationsOfStep) * size + of_g.cwiseAbs() * sources.g_noise;
+  const Vector rounding = RoundingOf(kOperationsOfStep) * size + of_g.cwiseAbs() * sources.g.error.rounding;
   const Vector change = mode.correction * residual;
   if ((residual.array().abs() <= rounding.array()).all()) {
     // Where rounding moves slow states off a constraint, fast states make up for it at once.

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/discretization/error_bounds.h"
 #include "core/discretization/step_sources.h"
 #include "core/event_driven/magnitudes.h"
 #include "core/event_driven/mode.h"
@@ -18,10 +19,9 @@ namespace dlcs {
 // Linear functions of the solution on a step, as polynomials in s.
 struct StepRows {
   LegendreSeries values;
-  Vector truncation;          // the estimated error inside the step
-  Vector tail;                // the part of it that vanishes at the end
-  Vector noise;               // a bound of the rounding
-  Vector source_slope_noise;  // the part of it that slopes of sources have; empty where no row depends on x'
+  ErrorBounds error;          // inside the step
+  Vector tail;                // the part of the truncation that vanishes at the end
+  Vector source_slope_noise;  // the part of the rounding that slopes of sources have; empty where no row depends on x'
   Vector terms;               // the sum of the absolute values of the terms
 };
 
@@ -42,12 +42,10 @@ struct SmoothStep {
   // infinite. `small_layer_length` also resolves layers that may be rounding, of which shorter steps have more.
   double layer_length = std::numeric_limits<double>::infinity();
   double small_layer_length = std::numeric_limits<double>::infinity();
-  // The terms of error_ratio: estimated errors, and rounding.
-  Vector x_error;
-  Vector layer;  // of each state the size of the boundary layer that the step leaves out
-  Vector x_noise;
-  Vector x_unsettled;            // the part of x_error and layer that may be rounding
-  Vector x_tail;                 // the part of the errors inside the step that vanishes at its end
+  ErrorBounds x_error;           // inside the step
+  Vector layer;                  // of each state the size of the boundary layer that the step leaves out
+  Vector x_unsettled;            // the part of the truncation and of the layer that may be rounding
+  Vector x_tail;                 // the part of the truncation that vanishes at the end
   Vector x_rounding;             // of this step alone
   LegendreSeries left;           // what the refinement of x left, with its signs
   Vector x_hidden;               // last coefficients that may be rounding, and were taken for no sign of x_tail
@@ -55,10 +53,8 @@ struct SmoothStep {
   std::vector<Index> unreached;  // as ModeStepper::Solution::unreached
   // For the step of full length, with its mode: propagates errors.
   std::shared_ptr<const ModeStepper> stepper;
-  // Bounds of the errors of the equations of the mode, for each row: from the interpolation of the sources, and from
-  // an ulp in every entry of the data.
-  Vector row_error, row_noise;
-  Vector row_missed;  // that of the interpolation with its signs: symmetric sources may leave nothing in some state
+  // Of the equations of the mode: from the interpolation of the sources, and from an ulp in every entry of the data.
+  SignedErrorBounds row_error;
   Vector x_size;      // a bound of |x|
   Vector slope_size;  // for each state the size of the terms of x'
 };
@@ -66,10 +62,6 @@ struct SmoothStep {
 // An event at `s` cuts the step: limits its sizes, and rounding with them, to those up to there. Behind the event x of
 // the old mode may grow far beyond the solution.
 void LimitSizes(const StepSources& sources, double s, SmoothStep& step);
-
-// The truncation of each component, for which there is a bound and the one with the signs that it has: the bound,
-// unless the signs leave no more than rounding, as in a state that is zero by symmetry.
-Vector TruncationOf(const Vector& bound, const Vector& with_signs, const Vector& rounding);
 
 // x' of the polynomials at `s`.
 Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s);

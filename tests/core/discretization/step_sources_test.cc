@@ -82,9 +82,9 @@ TEST(StepSourcesTest, KnowsWhereFormulasAreConstant) {
         const double t = begin + (end - begin) * k / 100;
         Vector value(1);
         sources->F(t, Side::kRight, value);
-        EXPECT_EQ(step.f(0, 0), value[0]) << "at t = " << t;
+        EXPECT_EQ(step.f.values(0, 0), value[0]) << "at t = " << t;
       }
-      EXPECT_TRUE(!is_known || (step.f.rightCols(kLegendreDegree).array() == 0).all());
+      EXPECT_TRUE(!is_known || (step.f.values.rightCols(kLegendreDegree).array() == 0).all());
       begin = end;
     }
     EXPECT_EQ(is_steady, c.is_steady);

@@ -41,10 +41,10 @@ class JumpsNearZeroTest : public ::testing::Test {
     step.x = step.guard.values = LegendreSeries::Zero(2, kLegendreSize);
     step.x(0, 0) = step.x(0, 1) = step.guard.values(0, 0) = step.guard.values(0, 1) = 0.1;
     step.guard.values(1, 0) = 1;
-    step.guard.truncation = step.guard.noise = Vector::Zero(2);
+    step.guard.error.truncation = step.guard.error.rounding = Vector::Zero(2);
     step.y = LegendreSeries::Zero(2, kLegendreSize);
-    step.x_error = step.x_noise = Vector::Zero(2);
-    if (rounding > 0) step.guard.noise[0] = 1e-12;
+    step.x_error.truncation = step.x_error.rounding = Vector::Zero(2);
+    if (rounding > 0) step.guard.error.rounding[0] = 1e-12;
     const ErrorGrowth::Overlooked none{Vector::Zero(2), Vector::Zero(2), Vector::Zero(2)};
     ErrorGrowth::OverlookedByCause overlooked{none, none, none, none.y};
     JumpsNearZero jumps(problem_, Selection::kAny, y_is_lipschitz);
@@ -54,9 +54,9 @@ class JumpsNearZeroTest : public ::testing::Test {
     SourceSampler sampler(known);
     StepSources sources;
     sources.length = 0.1;
-    sources.f = LegendreSeries::Zero(2, kLegendreSize);
-    sources.f(0, 0) = 2;
-    sources.g_is_steady = true;
+    sources.f.values = LegendreSeries::Zero(2, kLegendreSize);
+    sources.f.values(0, 0) = 2;
+    sources.g.is_steady = true;
     jumps.AddTo(step, {truncation, Vector{{rounding, 0}}}, Vector::Zero(2), 1, begins_mode, std::nullopt, sampler,
                 sources, overlooked);
     return overlooked;

@@ -33,7 +33,7 @@ SmoothStep EndStepOf(const Guards& guards, double level) {
   const auto n = static_cast<Index>(guards.size());
   SmoothStep step;
   step.guard.values = EndSeriesOf(guards);
-  step.guard.truncation = step.guard.tail = step.guard.noise = Vector::Zero(n);
+  step.guard.error.truncation = step.guard.tail = step.guard.error.rounding = Vector::Zero(n);
   step.guard_level = Vector::Constant(n, level);
   step.guard_allowed = Vector::Zero(n);
   return step;
@@ -152,7 +152,7 @@ TEST(StartsBelowTest, ByNoMoreThanTheErrorOfThePolynomial) {
   EXPECT_FALSE(StartsBelowByTruncation(step, 1));
   // Rounding is no smaller on a shorter step.
   step.guard.tail[1] = 1e-4;
-  step.guard.noise[1] = 1e-4;
+  step.guard.error.rounding[1] = 1e-4;
   EXPECT_FALSE(StartsBelowByTruncation(step, 1));
 }
 
@@ -248,7 +248,7 @@ class OverlookedTest : public ::testing::Test {
   SmoothStep StepOf(const std::function<double(double)>& guard, double noise = 0) const {
     SmoothStep step = EndStepOf({guard}, 1);
     step.stepper = stepper_;
-    step.guard.noise[0] = noise;
+    step.guard.error.rounding[0] = noise;
     return step;
   }
   ErrorGrowth::OverlookedByCause Of(const SmoothStep& step, double s_end = 1, double of_truncation = 0,
@@ -327,7 +327,7 @@ TEST_F(OverlookedTest, WhatComesNearerCountsAsItsCause) {
   EXPECT_TRUE(IsNothing(by_truncation.rounding));
   ExpectNear(by_rounding.rounding.y, Vector{{0.4e-2 / 4}});
   EXPECT_TRUE(IsNothing(by_rounding.truncation));
-  step.guard.truncation[0] = 1.4e-2;  // that of the guard itself
+  step.guard.error.truncation[0] = 1.4e-2;  // that of the guard itself
   ExpectNear(Of(step).truncation.y, Vector{{0.4e-2 / 4}});
 }
 

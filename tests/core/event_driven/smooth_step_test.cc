@@ -75,10 +75,10 @@ Vector ErrorsInside(const LegendreSeries& series, double length, const std::func
 // Holds the estimates of x against its largest errors inside the step: not below a third of them, nor above a thousand
 // times, but for rounding.
 void ExpectEstimatesOf(const SmoothRun& run, const Vector& errors) {
-  const Vector estimates = run.step.x_error + run.step.layer;
+  const Vector estimates = run.step.x_error.truncation + run.step.layer;
   for (Index i = 0; i < errors.size(); ++i) {
-    EXPECT_LE(errors[i], 3 * estimates[i] + run.step.x_noise[i]) << "state " << i;
-    EXPECT_LE(estimates[i], 1e3 * errors[i] + run.step.x_noise[i]) << "state " << i;
+    EXPECT_LE(errors[i], 3 * estimates[i] + run.step.x_error.rounding[i]) << "state " << i;
+    EXPECT_LE(estimates[i], 1e3 * errors[i] + run.step.x_error.rounding[i]) << "state " << i;
   }
 }
 
@@ -89,7 +89,7 @@ void ExpectRatioOf(const SmoothRun& run, const Vector& errors) {
   for (Index i = 0; i < errors.size(); ++i) {
     const double allowed = kSmoothTolerance * std::max(run.step.x_size[i], std::abs(run.problem.x0[i]));
     ratio = std::max(ratio, errors[i] / allowed);
-    rounding = std::max(rounding, run.step.x_noise[i] / allowed);
+    rounding = std::max(rounding, run.step.x_error.rounding[i] / allowed);
   }
   EXPECT_LE(ratio, 3 * run.step.error_ratio + rounding);
   EXPECT_LE(run.step.error_ratio, 1e3 * ratio + rounding);
@@ -113,7 +113,7 @@ TEST(SmoothStepTest, ShortStepsAreExactToRounding) {
         ErrorsInside(run.step.x, length, [&](double t) { return Vector(ComputePhiFunctions(t * A).phi0 * x0); });
     for (Index i = 0; i < 4; ++i) EXPECT_LE(errors[i], 1e-14 * MaxAbs(x0)) << seed;
     EXPECT_LE(run.step.error_ratio, 1e-6) << seed;
-    EXPECT_LE(MaxAbs(run.step.x_noise), 1e-12 * MaxAbs(x0)) << seed;
+    EXPECT_LE(MaxAbs(run.step.x_error.rounding), 1e-12 * MaxAbs(x0)) << seed;
   }
 }
 
@@ -181,8 +181,8 @@ TEST(SmoothStepTest, TheTailVanishesAtTheEnd) {
     for (const double sign : {-1.0, 1.0}) {
       const SmoothRun run = sign > 0 ? SmoothGrowth(z) : SmoothDecay(z);
       const double at_end = std::abs(ValueOf(run.step.x, LegendreValues(1))[0] - std::exp(sign * z));
-      EXPECT_GT(run.step.x_tail[0], run.step.x_noise[0]) << z;
-      EXPECT_LE(run.step.x_error[0], 1.001 * run.step.x_tail[0]) << z;  // there is nothing else
+      EXPECT_GT(run.step.x_tail[0], run.step.x_error.rounding[0]) << z;
+      EXPECT_LE(run.step.x_error.truncation[0], 1.001 * run.step.x_tail[0]) << z;  // there is nothing else
       EXPECT_LE(at_end, 0.01 * run.step.x_tail[0]) << z;
     }
   }
@@ -243,7 +243,8 @@ TEST(SmoothStepTest, TheRatioHasNoUnits) {
     problem.horizon *= time;
     const SmoothRun other(problem, {}, time * length);
     EXPECT_NEAR(other.step.error_ratio / run.step.error_ratio, 1, 1e-3) << seed;
-    for (Index i = 0; i < 3; ++i) EXPECT_NEAR(other.step.x_error[i] / units[i] / run.step.x_error[i], 1, 1e-2) << seed;
+    for (Index i = 0; i < 3; ++i)
+      EXPECT_NEAR(other.step.x_error.truncation[i] / units[i] / run.step.x_error.truncation[i], 1, 1e-2) << seed;
   }
 }
 
@@ -257,7 +258,7 @@ TEST(SmoothStepTest, WhatNothingReachesIsZeroWithoutError) {
   const SmoothRun run(problem, {0}, 2);
   ASSERT_EQ(run.step.unreached, (std::vector<Index>{2}));
   EXPECT_TRUE(run.step.x.row(2).isZero(0));
-  EXPECT_EQ(run.step.x_error[2], 0);
+  EXPECT_EQ(run.step.x_error.truncation[2], 0);
   EXPECT_EQ(run.step.x_tail[2], 0);
   EXPECT_EQ(run.step.layer[2], 0);
   problem.x0[2] = 1e-9;
@@ -267,9 +268,9 @@ TEST(SmoothStepTest, WhatNothingReachesIsZeroWithoutError) {
 // The error of a guard, or y, and what the step says of it.
 void ExpectGuardOf(const SmoothRun& run, double length, const std::function<double(double)>& exact) {
   const double error = ErrorsInside(run.step.guard.values, length, [&](double t) { return Vector{{exact(t)}}; })[0];
-  EXPECT_LE(error, 3 * run.step.guard.truncation[0] + run.step.guard.noise[0]);
-  EXPECT_LE(run.step.guard.truncation[0], 1e3 * error + run.step.guard.noise[0]);
-  EXPECT_GE(run.step.guard_level[0], run.step.guard.noise[0]);
+  EXPECT_LE(error, 3 * run.step.guard.error.truncation[0] + run.step.guard.error.rounding[0]);
+  EXPECT_LE(run.step.guard.error.truncation[0], 1e3 * error + run.step.guard.error.rounding[0]);
+  EXPECT_GE(run.step.guard_level[0], run.step.guard.error.rounding[0]);
   EXPECT_GE(run.step.guard_level[0], run.step.guard.tail[0]);
   EXPECT_GE(run.step.guard_level[0], 0.99e-6 * kSmoothTolerance * std::abs(exact(0)));
   EXPECT_GE(run.step.guard.terms[0], std::abs(exact(0)));
@@ -350,7 +351,7 @@ TEST(SmoothStepTest, AnEarlyEndHasTheSizesUpToThere) {
   EXPECT_NEAR(run.step.x_size[0], std::exp(kLength / 2), 1e-3);
   EXPECT_NEAR(run.step.slope_size[0], std::exp(kLength / 2), 1e-3);
   EXPECT_NEAR(run.step.guard.terms[0], 1000 + std::exp(kLength / 2), 1e-3);
-  EXPECT_NEAR(run.step.row_noise[0] / whole.row_noise[0], std::exp(-kLength / 2), 1e-3);
+  EXPECT_NEAR(run.step.row_error.rounding[0] / whole.row_error.rounding[0], std::exp(-kLength / 2), 1e-3);
   LimitSizes(run.sources, 1, run.step);  // limits are never raised
   EXPECT_NEAR(run.step.x_size[0], std::exp(kLength / 2), 1e-3);
 }
@@ -370,8 +371,9 @@ TEST(SmoothStepTest, SlopesAreThoseOfTheSolution) {
 }
 
 TEST(SmoothStepTest, TruncationWithSignsCountsOnlyWhereItIsRounding) {
-  const Vector bound{{3, 3, 3, 1e-9}}, with_signs{{-1e-9, 1e-3, -2, -1e-8}}, rounding = Vector::Constant(4, 1e-7);
-  EXPECT_EQ(TruncationOf(bound, with_signs, rounding), (Vector{{1e-9, 3, 3, 1e-9}}));
+  const SignedErrorBounds bounds{{Vector{{3, 3, 3, 1e-9}}, Vector::Constant(4, 1e-7)},
+                                 Vector{{-1e-9, 1e-3, -2, -1e-8}}};
+  EXPECT_EQ(bounds.Truncation(), (Vector{{1e-9, 3, 3, 1e-9}}));
 }
 
 // The constraint 2 x1 + x2 + g = 0 with g = -5, held by y along B = (1, 3).
