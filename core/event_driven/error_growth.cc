@@ -419,13 +419,14 @@ TrajectoryErrors ErrorGrowth::Errors(const Magnitudes& sizes) const {
   const Vector y_sizes = (sizes.y.array() == 0).select(overlooked_y_, sizes.y);
   TrajectoryErrors errors{by_cause(sizes.x, x_), by_cause(y_sizes, y_), by_cause(sizes.w, w_),
                           by_cause(sizes.outputs, outputs_)};
-  // y_i and w_i are the two sides of one number, of which one that is always zero has an ulp. What is exactly zero
-  // remains so.
+  // y_i and w_i are the two sides of one number, of which one that is always zero has an ulp, as w_i has of N x. What
+  // is exactly zero remains so.
   for (Index i = 0; i < sizes.y.size(); ++i) {
-    const double M = problem_.M.Dense()(i, i);
-    if (!(M > 0)) continue;
-    if (sizes.y[i] == 0 && errors.y.truncation[i] > 0) errors.y.rounding[i] += kUlp * sizes.w[i] / M;
-    if (sizes.w[i] == 0 && errors.w.truncation[i] > 0) errors.w.rounding[i] += kUlp * sizes.y[i] * M;
+    const double M = std::max(0.0, problem_.M.Dense()(i, i));
+    if (M > 0 && sizes.y[i] == 0 && errors.y.truncation[i] > 0) errors.y.rounding[i] += kUlp * sizes.w[i] / M;
+    if (sizes.w[i] == 0 && errors.w.truncation[i] > 0) {
+      errors.w.rounding[i] += kUlp * (sizes.y[i] * M + problem_.N.Dense().row(i).cwiseAbs().dot(sizes.x));
+    }
   }
   return errors;
 }

@@ -127,7 +127,10 @@ void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds&
   }
   const bool y_jumps = !jump.isZero(0);
   const bool may_touch = of.moves > 0 && !std::binary_search(mode.active.begin(), mode.active.end(), i);
-  if (!y_jumps && !may_touch) return;
+  if (!y_jumps && !may_touch) {
+    of.truncation = of.rounding = {};
+    return;
+  }
   Vector y_error = Vector::Zero(jump.size());
   for (const Index k : mode.active)
     y_error[k] = of_state.truncation[k] + of_state.rounding[k] + kOfNoise * step.guard.error.rounding[k];

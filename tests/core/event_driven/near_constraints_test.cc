@@ -218,7 +218,7 @@ TEST(NearConstraintsTest, CountsAStartThatIsMovedOntoAConstraint) {
       EXPECT_LE(std::abs(solution.w(0, 0) - w), tolerance * w) << gap << ", tolerance " << tolerance;
     }
   }
-  EXPECT_GE(solved, 3);
+  EXPECT_GE(solved, 12);  // beside 1000, the other gaps have no more than four to eight digits
 }
 
 // Between y = 0 and the solution that leaves it as e^{rate t} rounding decides, also where no step is as long as that
