@@ -272,6 +272,10 @@ void AddEffectOfSlacks(const Problem& problem, const Solution& solution, Traject
   };
   const Vector operations =
       RoundingOf(kOperationsOfSum) + kUlp / solution.step * MemoryOf(problem, problem.horizon).array();
+  const Vector y = RowMaxAbs(solution.y);
+  // What a step adds to x is rounded, though y may cancel all of it.
+  const Vector added = problem.A.AbsTimes(errors.x.own) + problem.B.AbsTimes(y);
+  errors.x.rounding += RoundingOf(kOperationsOfSum) * solution.step * added;
   errors.x.truncation += in_x(missed);
   errors.x.rounding += in_x(problem.N.AbsTimes(errors.x.own.cwiseProduct(operations)));
 }

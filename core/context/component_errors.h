@@ -66,10 +66,10 @@ void RaiseTruncation(double part, TrajectoryErrors& errors);
 inline constexpr int kMostSets = 64;
 void RaiseToEffectOfStates(const Problem& problem, const Solution& solution, TrajectoryErrors& errors);
 
-// Adds to the errors of x what those of w do in methods with steps: Certificate::w_missed, as truncation, and the
-// rounding of N x, which has an ulp of x for each step that x_j remembers. As much of g would move x by B_i / |N_i B_i|
-// times that until w_i is zero again, or by T B_i / M_ii where M_ii sees to that. Pairs that neither holds count by
-// others alone. Cost: products with |B| and |N|.
+// Adds to the errors of x the rounding of what y adds in a step, and what the errors of w do in methods with steps:
+// Certificate::w_missed, as truncation, and the rounding of N x, which has an ulp of x for each step that x_j
+// remembers. As much of g would move x by B_i / |N_i B_i| times that until w_i is zero again, or by T B_i / M_ii where
+// M_ii sees to that. Pairs that neither holds count by others alone. Cost: products with |B| and |N|.
 void AddEffectOfSlacks(const Problem& problem, const Solution& solution, TrajectoryErrors& errors);
 
 // The largest difference of a row, relative to its largest value in `fine`. NaN where a number is not finite.

@@ -182,9 +182,10 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
     slopes_.row(i).setZero();
   }
   // What the refinement left is the rounding inside of the step, and a coefficient that is taken for rounding counts as
-  // rounding. Of a step that an event cuts both are those of what may grow behind the event.
+  // rounding. Of a step that an event cuts both are those of what may grow behind the event, and what counts is the
+  // rounding of the polynomials.
   const bool is_whole = s_end == 1;
-  Matrix left_inside = Matrix::Zero(rounding.size(), 1);
+  Matrix left_inside;
   Vector inside = step.x_unsettled;
   // The rounding of a row is another one at each time, and so not what the samples make of one that stays. Its state
   // keeps it for as long as its own equation does.
@@ -198,6 +199,8 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
     for (Index e = 0; e < kSamples; ++e) {
       errors_.col(e) += SignTowards(errors_.col(e), left, errors_.col(e).cwiseAbs()) * left;
     }
+  } else {
+    inside += kUlp * SizeOfRows(step.x);
   }
   for (Index e = 0; e < kSamples; ++e) {
     const Vector stored =
@@ -378,7 +381,8 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slo
   for (Index i = 0; i < n; ++i) {
     SignedErrorBounds& of = is_active[static_cast<std::size_t>(i)] ? y_ : w_;
     Raise(of, i, guards.truncation[i], guards.with_signs[i], guards.rounding[i]);
-    const double dip = overlooked.truncation.y[i];
+    const double dip = overlooked.truncation.y[i], of_w = overlooked.truncation.w[i];
+    Raise(w_, i, of_w, of_w, overlooked.rounding.w[i]);
     Raise(y_, i, dip, dip, overlooked.rounding.y[i]);
   }
   overlooked_y_ = overlooked_y_.cwiseMax(overlooked.y_size);
@@ -401,7 +405,12 @@ SignedErrorBounds ErrorGrowth::InRows(const LinearOutput& output, const StepRows
   SignedErrorBounds errors = SizesOf(of_x);
   errors.truncation += rows.error.truncation;
   errors.with_signs += rows.error.truncation;
-  errors.rounding += RoundingOf(kOperationsOfRow) * rows.terms + RowMaxAbs(Matrix(output.state * left_inside));
+  errors.rounding += RoundingOf(kOperationsOfRow) * rows.terms;
+  if (left_inside.size() > 0) {
+    errors.rounding += RowMaxAbs(Matrix(output.state * left_inside));
+  } else {
+    errors.rounding += kUlp * SizeOfRows(rows.values);
+  }
   if (rows.source_slope_noise.size() > 0) errors.rounding += kOfNoise * rows.source_slope_noise;
   return errors;
 }

@@ -38,11 +38,12 @@ class ErrorGrowth {
   explicit ErrorGrowth(const Problem& problem);
 
   // Integrates over `step` up to the position `s_end`. `overlooked` is caused by guards that are below zero but not
-  // below their levels: an error of x', one of x where the mode holds x back, and one of y.
+  // below their levels: an error of x', one of x where the mode holds x back, one of y and one of w.
   struct Overlooked {
     Vector slope;
     Vector x;
     Vector y;
+    Vector w;
   };
   struct OverlookedByCause {
     Overlooked truncation, rounding;
@@ -99,7 +100,7 @@ class ErrorGrowth {
   static SignedErrorBounds SizesOf(const Matrix& errors);
   // The errors of y and w for those of x at the end of the step. What fast states make of them at its begin decays at
   // once. `slope_at` makes slopes of polynomials; `shifts` are the times that excuse the errors; `left_inside` is what
-  // the refinement left of x at some times of the step.
+  // the refinement left of x at some times of the step, or empty where an event cuts it.
   void RaiseOutputs(const SmoothStep& step, const LegendreVector& slope_at, const Eigen::RowVectorXd& shifts,
                     const OverlookedByCause& overlooked, const Matrix& left_inside);
 

@@ -133,7 +133,8 @@ struct DipPlace {
   double duration, shortest;  // as in OverlookedEvents()
 };
 
-// Adds the effects of y_i > 0 that is missing, or of y_i < 0 that should be zero. `of_y`: what y_i is in x'.
+// Adds the effects of y_i > 0 that is missing, or of y_i < 0 that should be zero: w_i > 0 is missing then. `of_y`: what
+// y_i is in x'.
 void AddDip(const Problem& problem, const DipPlace& at, const Dip& dip, const Vector& of_y,
             ErrorGrowth::Overlooked& to) {
   if (dip.depth == 0) return;
@@ -142,6 +143,7 @@ void AddDip(const Problem& problem, const DipPlace& at, const Dip& dip, const Ve
   const double moves = std::abs(problem.N.Dense().row(i).dot(problem.B.Dense().col(i)));  // w_i by y_i, a unit of time
   if (at.is_active) {
     to.slope += dip.mean * of_y;
+    to.w[i] = M > 0 ? M * dip.depth : moves * at.duration * dip.mean;
   } else if (M > 0) {
     to.slope += dip.mean / M * of_y;
     // A triangle that is shorter than the error of the times of events is that error, of the event before.
@@ -212,8 +214,9 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
                                                 double duration, double shortest, RepelledStarts& repelled) {
   const Mode& mode = step.stepper->mode();
   const Vector no_state = Vector::Zero(problem.num_states());
-  const ErrorGrowth::Overlooked nothing{no_state, no_state, Vector::Zero(problem.num_constraints())};
-  ErrorGrowth::OverlookedByCause overlooked{nothing, nothing, nothing, nothing.y};
+  const Vector no_pair = Vector::Zero(problem.num_constraints());
+  const ErrorGrowth::Overlooked nothing{no_state, no_state, no_pair, no_pair};
+  ErrorGrowth::OverlookedByCause overlooked{nothing, nothing, nothing, no_pair};
   for (Index i = 0; i < step.guard.values.rows(); ++i) {
     const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
     const LegendreVector guard = step.guard.values.row(i).transpose();
@@ -256,11 +259,11 @@ double RatioOfDips(const Problem& problem, const SmoothStep& step, const Magnitu
     const DipsByCause dips = MissedDip(step, i, of_state, SizeOfGuard(magnitudes, i, is_active), s_end);
     const Dip& dip = dips.truncation;
     if (dip.depth == 0) continue;
-    ErrorGrowth::Overlooked of{no_state, no_state, no_error};
+    ErrorGrowth::Overlooked of{no_state, no_state, no_error, no_error};
     AddDip(problem, {i, is_active, duration, shortest}, dip, problem.B.Dense().col(i).cwiseAbs(), of);
     const double of_errors =
         NanMax(LargestRatio(of.x + duration * of.slope, tolerance * magnitudes.x.cwiseMax(step.x_size)),
-               LargestRatio(of.y, tolerance * magnitudes.y));
+               NanMax(LargestRatio(of.y, tolerance * magnitudes.y), LargestRatio(of.w, tolerance * magnitudes.w)));
     const double of_rounding = dip.depth / std::max(dips.ulp, step.guard.error.rounding[i]);
     ratio = NanMax(ratio, std::min(of_errors, of_rounding));
   }

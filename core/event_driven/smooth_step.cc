@@ -55,16 +55,18 @@ struct StatesAndGuards {
   Vector x, guard;
 };
 
+// What starts at zero, or is a small difference, is not compared with less than this part of what it may become.
+constexpr double kLeastPart = 1e-6;
+
 // For the given sizes and rounding errors of them.
 Allowed AllowedErrors(const Mode& mode, const SmoothStep& step, const StatesAndGuards& sizes,
-                      const StatesAndGuards& noise, const Magnitudes& magnitudes, double tolerance, double share) {
-  // What starts at zero, or is a small difference, is not compared with less than this part of what it may become.
-  constexpr double kLeastPart = 1e-6;
+                      const StatesAndGuards& noise, const Magnitudes& magnitudes, double tolerance, double share,
+                      double least_part = kLeastPart) {
   const Vector x_magnitude =
-      magnitudes.x.cwiseMax(sizes.x).cwiseMax(kLeastPart * magnitudes.x_reach).cwiseMax(magnitudes.x_given);
+      magnitudes.x.cwiseMax(sizes.x).cwiseMax(least_part * magnitudes.x_reach).cwiseMax(magnitudes.x_given);
   Vector guard_magnitude = magnitudes.w.cwiseMax(magnitudes.w_given);
   for (const Index i : mode.active) guard_magnitude[i] = std::max(magnitudes.y[i], magnitudes.y_given[i]);
-  guard_magnitude = guard_magnitude.cwiseMax(sizes.guard).cwiseMax(kLeastPart * step.guard.terms);
+  guard_magnitude = guard_magnitude.cwiseMax(sizes.guard).cwiseMax(least_part * step.guard.terms);
   return {tolerance * share * x_magnitude + noise.x, tolerance * x_magnitude + noise.x,
           tolerance * guard_magnitude + magnitudes.allowed_rounding * noise.guard};
 }
@@ -350,7 +352,12 @@ double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, cons
   };
   const StatesAndGuards noise{before(step.x_error.rounding, size.x.cwiseMax(magnitudes.x), step.x),
                               before(step.guard.error.rounding, size.guard, step.guard.values)};
-  return ErrorRatio(step, AllowedErrors(mode, step, size, noise, magnitudes, tolerance, share));
+  // What polynomials are evaluated from is rounded, however small they are before s.
+  const Allowed of_values = AllowedErrors(mode, step, size, noise, magnitudes, tolerance, share, 0);
+  const double ratio_of_values = NanMax(LargestRatio(kUlp * SizeOfRows(step.x), of_values.layer),
+                                        LargestRatio(kUlp * SizeOfRows(step.guard.values), of_values.guard));
+  const Allowed allowed = AllowedErrors(mode, step, size, noise, magnitudes, tolerance, share);
+  return NanMax(ErrorRatio(step, allowed), ratio_of_values);
 }
 
 bool Project(const Mode& mode, const StepSources& sources, double tolerance, Magnitudes& magnitudes, Vector& x) {

@@ -141,6 +141,10 @@ void JudgeErrors(const Accuracy& accuracy, Verdict& verdict) {
   }
   for (const NamedComponent* named : small) verdict.notes.push_back(SmallText(*named) + ".");
   const std::string estimated = "estimated error " + Figure(accuracy.error);
+  // Where y is no function of x, as after a jump, two grids may differ in it by any amount, and methods with steps
+  // compare x alone.
+  const bool of_x_alone = accuracy.errors.x.size() > 0 && accuracy.errors.y.size() == 0;
+  if (of_x_alone) verdict.notes.push_back("The errors of y and w are not estimated: y need not be a function of x.");
   if (!missed.empty()) {
     std::vector<std::string> sentences;
     for (const NamedComponent* named : missed) sentences.push_back(MissedText(*named) + ".");
@@ -153,15 +157,11 @@ void JudgeErrors(const Accuracy& accuracy, Verdict& verdict) {
     if (missed.size() > 1) verdict.text += " (and " + std::to_string(missed.size() - 1) + " more)";
     verdict.concerns.insert(verdict.concerns.begin(), sentences.begin(), sentences.end());
   } else if (accuracy.tolerance == 0) {
-    verdict.text = "reached T, " + estimated;
+    verdict.text = "reached T, " + estimated + (of_x_alone ? " of x" : "");
   } else if (!verdict.concerns.empty()) {
     verdict.text = "reached T: " + WithSmallLetter(verdict.concerns.front());
   } else {
-    // Where y is no function of x, as after a jump, two grids may differ in it by any amount, and methods with steps
-    // compare x alone.
-    const bool of_x_alone = accuracy.errors.x.size() > 0 && accuracy.errors.y.size() == 0;
     verdict.text = "SOLVED within " + Within(accuracy) + (of_x_alone ? " of x, " : ", ") + estimated;
-    if (of_x_alone) verdict.notes.push_back("The errors of y and w are not estimated: y need not be a function of x.");
     if (small.size() == 1) verdict.text += "; " + SmallText(*small.front());
     if (small.size() > 1) verdict.text += "; " + std::to_string(small.size()) + " components are zero or negligible";
     verdict.kind = VerdictKind::kSolved;

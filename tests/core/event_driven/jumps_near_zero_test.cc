@@ -45,7 +45,7 @@ class JumpsNearZeroTest : public ::testing::Test {
     step.y = LegendreSeries::Zero(2, kLegendreSize);
     step.x_error.truncation = step.x_error.rounding = Vector::Zero(2);
     if (rounding > 0) step.guard.error.rounding[0] = 1e-12;
-    const ErrorGrowth::Overlooked none{Vector::Zero(2), Vector::Zero(2), Vector::Zero(2)};
+    const ErrorGrowth::Overlooked none{Vector::Zero(2), Vector::Zero(2), Vector::Zero(2), Vector::Zero(2)};
     ErrorGrowth::OverlookedByCause overlooked{none, none, none, none.y};
     JumpsNearZero jumps(problem_, Selection::kAny, y_is_lipschitz);
     const Vector truncation{{0.05 - rounding, 0}};

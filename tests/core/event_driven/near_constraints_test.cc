@@ -197,6 +197,14 @@ TEST(NearConstraintsTest, FindsShallowContactsOrCountsThem) {
   }
 }
 
+// What a SOLVED promises of w_i: an error of `allowed`, or of twice the rounding where it is named.
+double AllowedOfSlack(const Solution& solution, Index i, double allowed) {
+  for (const NamedComponent& named : solution.accuracy.named) {
+    if (named.component == Component{ComponentKind::kSlack, i}) return 2 * named.rounding;
+  }
+  return allowed;
+}
+
 // x = 1000 + gap falls with speed 7. A contact that begins at once moves x by no more than its tolerance, but w by all
 // that it is.
 TEST(NearConstraintsTest, CountsAStartThatIsMovedOntoAConstraint) {
@@ -215,10 +223,37 @@ TEST(NearConstraintsTest, CountsAStartThatIsMovedOntoAConstraint) {
       if (JudgeSolution(solution).kind != VerdictKind::kSolved) continue;
       ++solved;
       const double w = problem.x0[0] - 1000;
-      EXPECT_LE(std::abs(solution.w(0, 0) - w), tolerance * w) << gap << ", tolerance " << tolerance;
+      EXPECT_LE(std::abs(solution.w(0, 0) - w), AllowedOfSlack(solution, 0, tolerance * w))
+          << gap << ", tolerance " << tolerance;
     }
   }
   EXPECT_GE(solved, 12);  // beside 1000, the other gaps have no more than four to eight digits
+}
+
+// x' = -1 + y beside w = x + gap + y, and another pair that rises. The first one is active from t = gap on, a tiny
+// part of the step: so long w is all that it ever is.
+TEST(NearConstraintsTest, KnowsTheSlackOfAPairThatIsActiveSoon) {
+  int solved = 0;
+  for (const double gap : {1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-8, 1e-6}) {
+    for (const double tolerance : {1e-4, 1e-6, 1e-9}) {
+      Problem problem;
+      problem.A = Matrix::Zero(2, 2);
+      problem.B = problem.N = problem.M = Matrix::Identity(2, 2);
+      problem.f = TimeFunction::Constant(Vector{{-1.0, 1.0}});
+      problem.g = TimeFunction::Constant(Vector{{gap, 1e-14}});
+      problem.x0 = Vector::Zero(2);
+      problem.horizon = 1;
+      const Solution solution = SolveAt(problem, tolerance, {0, gap / 4, gap / 2, 1});
+      if (JudgeSolution(solution).kind != VerdictKind::kSolved) continue;
+      ++solved;
+      for (Index k = 0; k < 3; ++k) {
+        const double exact = gap - solution.times[static_cast<std::size_t>(k)];
+        EXPECT_LE(std::abs(solution.w(0, k) - exact), AllowedOfSlack(solution, 0, tolerance * gap))
+            << gap << ", tolerance " << tolerance << ", " << k;
+      }
+    }
+  }
+  EXPECT_GE(solved, 21);
 }
 
 // Between y = 0 and the solution that leaves it as e^{rate t} rounding decides, also where no step is as long as that
