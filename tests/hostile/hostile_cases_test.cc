@@ -49,7 +49,7 @@ TEST_P(HostileAnswers, AreWithinTheErrorAskedFor) {
         << Name(trial.judgment) << " at tolerance " << tolerance << ": error " << trial.error.value_or(-1) << " of "
         << trial.component << ", figure " << trial.figure.value_or(-1) << ", condition " << trial.condition.value_or(-1)
         << ", " << trial.verdict;
-    EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 3)
+    EXPECT_GE(trial.figure.value_or(0), trial.error_of_figure.value_or(INFINITY) / 3)
         << "at tolerance " << tolerance << ", " << trial.component << " at t = " << trial.time;
   }
 }

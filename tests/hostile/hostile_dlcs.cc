@@ -127,7 +127,8 @@ int Main(int count, char** texts) {
         if (trial.reached_end) ++tally.refused_at_end;
       }
       if (trial.seconds > kSlow) tally.slow.push_back(seed);
-      if (trial.figure && trial.error) tally.quotients.push_back(*trial.figure / *trial.error);
+      if (trial.reached_end && trial.figure && trial.error_of_figure)
+        tally.quotients.push_back(*trial.figure / *trial.error_of_figure);
       const bool failed =
           trial.judgment == Judgment::kWrong || trial.judgment == Judgment::kRefused || trial.seconds > kSlow;
       if (failed || arguments.verbose) Print(seed, system, asked, trial);

@@ -59,7 +59,7 @@ TEST_P(HostileSeeds, AreSolvedWithinTheErrorAskedFor) {
     EXPECT_EQ(trial.judgment, Judgment::kRight)
         << Name(trial.judgment) << " at tolerance " << tolerance << ": error " << trial.error.value_or(-1) << " of "
         << trial.component << ", figure " << trial.figure.value_or(-1) << ", " << trial.verdict;
-    EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 3) << "at tolerance " << tolerance;
+    EXPECT_GE(trial.figure.value_or(0), trial.error_of_figure.value_or(INFINITY) / 3) << "at tolerance " << tolerance;
   }
 }
 
@@ -96,7 +96,7 @@ TEST(HostileSystem, IsNotSolvedByStepsWhoseMHidesNB) {
     const Trial trial = Try(system, reference, {.tolerance = tolerance}, 60);  // takes 5 s
     EXPECT_NE(trial.judgment, Judgment::kWrong) << tolerance << ": " << trial.verdict;
     // Of states; that of y is known to be a seventh of its error.
-    EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 10) << "at tolerance " << tolerance;
+    EXPECT_GE(trial.figure.value_or(0), trial.error_of_figure.value_or(INFINITY) / 10) << "at tolerance " << tolerance;
   }
 }
 
@@ -140,7 +140,8 @@ TEST(HostileFigures, OfFixedStepsAreNotBelowAThird) {
     ASSERT_EQ(reference.status, Reference::Status::kReached) << reference.reason;
     const Trial trial = Try(system, reference, {.steps = 1000, .method = Method::kExponentialIntegrator}, 10);
     ASSERT_TRUE(trial.reached_end) << seed;
-    EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 3) << "seed " << seed << ", " << system.traits;
+    EXPECT_GE(trial.figure.value_or(0), trial.error_of_figure.value_or(INFINITY) / 3)
+        << "seed " << seed << ", " << system.traits;
   }
 }
 
@@ -153,7 +154,7 @@ TEST(HostileFigures, GridsThatAgreeOnAWrongSolutionDoNotReplaceTheEventDrivenOne
     const Trial trial = Try(system, reference, {.tolerance = tolerance}, 10);
     ASSERT_TRUE(trial.error.has_value()) << tolerance;
     EXPECT_LT(*trial.error, 1e-6) << tolerance;
-    EXPECT_GE(trial.figure.value_or(0), *trial.error / 3) << tolerance;
+    EXPECT_GE(trial.figure.value_or(0), *trial.error_of_figure / 3) << tolerance;
   }
 }
 

@@ -110,7 +110,7 @@ void AddErrors(ComponentKind kind, const Matrix& values, const Solution& solutio
 void CompareAll(const System& system, const Solution& solution, const Reference& reference, double tolerance,
                 Trial& trial) {
   constexpr double kZero = 1e-28;  // what 106 bits leave of a zero, beside the largest component
-  trial.error = kFloor;
+  trial.error = trial.error_of_figure = kFloor;
   const std::vector<ComponentError> errors = ErrorsOf(system, solution, reference, tolerance);
   for (const ComponentError& of : errors) {
     double largest = 0;
@@ -120,7 +120,11 @@ void CompareAll(const System& system, const Solution& solution, const Reference&
     if (!(of.error > kZero * largest)) continue;
     const bool is_small = of.named && of.named->knowledge != Knowledge::kMissed;
     double relative = of.own > 0 ? of.error / of.own : std::numeric_limits<double>::infinity();
-    if (is_small) relative = tolerance * of.error / (2 * of.named->rounding);
+    if (is_small) {
+      relative = tolerance * of.error / (2 * of.named->rounding);
+    } else {
+      trial.error_of_figure = std::max(*trial.error_of_figure, relative);
+    }
     if (relative <= *trial.error) continue;
     trial.error = relative;
     trial.component = NumberedName(of.component) + (is_small ? " (named)" : "");

@@ -35,6 +35,7 @@ struct Trial {
   std::string component;            // that it belongs to: "x1"
   double time = 0;                  // where it is
   std::optional<double> figure;     // the estimate of the engine, in the same measure
+  std::optional<double> error_of_figure;  // the largest of the components that it is of: those that are not named
   std::optional<double> condition;  // where it was looked at
   double seconds = 0;
   std::string verdict;  // termination, method and message of the engine
