@@ -53,6 +53,11 @@ TEST(VerdictTest, IsSolvedWithinWhatWasAskedForOnly) {
   const Verdict of_x_alone = JudgeSolution(of_x);
   EXPECT_EQ(of_x_alone.text, "SOLVED within an error of 1e-06 of x, estimated error 1e-07");
   EXPECT_THAT(of_x_alone.notes, ElementsAre(HasSubstr("y and w are not estimated")));
+  of_x.accuracy.source = AccuracySource::kCompared;
+  of_x.accuracy.tolerance = 0;
+  const Verdict of_given_steps = JudgeSolution(of_x);
+  EXPECT_EQ(of_given_steps.text, "reached T, estimated error 1e-07 of x");
+  EXPECT_THAT(of_given_steps.notes, ElementsAre(HasSubstr("y and w are not estimated")));
   // Steps that were given are never solved within anything.
   const Verdict given = JudgeSolution(Reached(AccuracySource::kCompared, 1e-15, 0));
   EXPECT_EQ(given.kind, VerdictKind::kErrorEstimated);
