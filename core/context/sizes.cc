@@ -174,7 +174,8 @@ std::optional<double> AbsoluteToleranceOf(const Options& options, const Componen
 Vector AbsoluteTolerances(const Options& options, ComponentKind kind, Index n) {
   Vector given = Vector::Constant(n, options.absolute_tolerance.value_or(0));
   for (const ComponentTolerance& of_component : options.absolute_tolerances) {
-    if (of_component.component.kind == kind) given[of_component.component.index] = of_component.tolerance;
+    const Component& component = of_component.component;
+    if (component.kind == kind && component.index < n) given[component.index] = of_component.tolerance;
   }
   return given;
 }

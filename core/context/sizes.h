@@ -91,7 +91,7 @@ double ExcessOfTruncation(const TrajectoryErrors& errors, const Options& options
 
 // The absolute tolerance of a component; absent where none is given.
 std::optional<double> AbsoluteToleranceOf(const Options& options, const Component& component);
-// Of n components of one kind; 0 where none is given.
+// Of the first n components of one kind, 0 where none is given: errors of y and w are not always estimated.
 Vector AbsoluteTolerances(const Options& options, ComponentKind kind, Index n);
 
 // Applies the definition to `accuracy`, whose errors by cause and tolerance are set: sets `named`, `error` and

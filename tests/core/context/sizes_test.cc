@@ -225,6 +225,8 @@ TEST(SizesTest, TheToleranceOfAComponentTakesThePlaceOfTheGeneralOne) {
   options.absolute_tolerance = 1e-2;  // larger, and smaller
   options.absolute_tolerances.push_back({{ComponentKind::kPair, 2}, 1});
   EXPECT_EQ(AbsoluteTolerances(options, ComponentKind::kPair, 3), (Vector{{1e-2, 3e-4, 1}}));
+  EXPECT_EQ(AbsoluteTolerances(options, ComponentKind::kPair, 2), (Vector{{1e-2, 3e-4}}));
+  EXPECT_EQ(AbsoluteTolerances(options, ComponentKind::kPair, 0).size(), 0);
   EXPECT_EQ(AbsoluteTolerances(options, ComponentKind::kSlack, 2), (Vector{{1e-2, 1e-2}}));
   EXPECT_EQ(AbsoluteToleranceOf(options, {ComponentKind::kSlack, 1}), 1e-2);
 }

@@ -363,6 +363,24 @@ TEST(ErrorEstimateTest, CountsWhatAnLcpTakesForZero) {
   EXPECT_GE(solved, 8);  // beside 0 and 1e6
 }
 
+// Where y is no function of x, its error is not estimated, and what is allowed of it decides nothing.
+TEST(ErrorEstimateTest, AbsoluteTolerancesOfPairsMayStandBesideErrorsOfStatesAlone) {
+  Problem problem = testing::Scalar(-1, 1, 1, 0);
+  problem.f = TimeFunction::Constant(Vector{{-2.0}});
+  problem.x0 = Vector{{1.0}};
+  problem.horizon = 3;
+  for (const Method method : {Method::kExponentialIntegrator, Method::kTimeStepping}) {
+    for (const double tolerance : {1e-3, 0.0}) {
+      Options options = Within(tolerance, method);
+      if (tolerance == 0) options.num_steps = 100;
+      options.absolute_tolerances = {{{ComponentKind::kPair, 0}, 1e-3}, {{ComponentKind::kSlack, 0}, 1e-3}};
+      const Solution solution = SolveFor(problem, options);
+      EXPECT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+      EXPECT_EQ(solution.accuracy.errors.y.size(), 0);
+    }
+  }
+}
+
 // Ten steps of 0.1 see a source of 40 Hz at the same phase, and so do five and two.
 TEST(ErrorEstimateTest, IsNotSmallWhereStepsMissTheOscillationOfASource) {
   for (const bool of_state : {true, false}) {
