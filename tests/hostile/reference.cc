@@ -517,6 +517,8 @@ class Walk {
   void Follow(Mode& mode, Real offset, const std::vector<Column>& states) {
     const double parts = ToDouble(offset) / std::ldexp(system_.horizon, -level_) * (1 << kSamplesLog2);
     for (size_t k = 0; k < states.size() && static_cast<double>(k) <= parts; ++k) Measure(mode, states[k]);
+    // Of a mode that is short beside the step, no state may lie inside.
+    for (const double part : {0.125, 0.375, 0.625, 0.875}) Measure(mode, mode.After(z_, offset * Real(part)));
     z_ = mode.After(z_, offset);
     time_ += offset;
     Measure(mode, z_);

@@ -365,10 +365,9 @@ TEST(ErrorEstimateTest, CountsWhatAnLcpTakesForZero) {
 
 // Where y is no function of x, its error is not estimated, and what is allowed of it decides nothing.
 TEST(ErrorEstimateTest, AbsoluteTolerancesOfPairsMayStandBesideErrorsOfStatesAlone) {
-  Problem problem = testing::Scalar(-1, 1, 1, 0);
+  Problem problem = testing::Scalar(-1, 0, 1, 3);
+  problem.M = Matrix::Zero(1, 1);
   problem.f = TimeFunction::Constant(Vector{{-2.0}});
-  problem.x0 = Vector{{1.0}};
-  problem.horizon = 3;
   for (const Method method : {Method::kExponentialIntegrator, Method::kTimeStepping}) {
     for (const double tolerance : {1e-3, 0.0}) {
       Options options = Within(tolerance, method);
