@@ -88,6 +88,15 @@ ComponentValues Differences(const Solution& a, const Solution& b, const CommonCo
   return differences;
 }
 
+// N_i B_i of each pair; zero where the entries of a matrix are not known.
+Vector OwnMoves(const Problem& problem) {
+  const StructuredMatrix &N = problem.N, &B = problem.B;
+  if (N.is_dense() && B.is_dense()) return N.Dense().cwiseProduct(B.Dense().transpose()).rowwise().sum();
+  if (N.linear_operator() || B.linear_operator()) return Vector::Zero(N.rows());
+  const SparseMatrix products = N.Sparse().cwiseProduct(SparseMatrix(B.Sparse().transpose()));
+  return products * Vector::Ones(products.cols());
+}
+
 }  // namespace
 
 Vector MemoryOf(const Problem& problem, double longest) {
@@ -249,19 +258,6 @@ void RaiseToEffectOfStates(const Problem& problem, const Solution& solution, Tra
   }
 }
 
-namespace {
-
-// N_i B_i of each pair; zero where the entries of a matrix are not known.
-Vector OwnMoves(const Problem& problem) {
-  const StructuredMatrix &N = problem.N, &B = problem.B;
-  if (N.is_dense() && B.is_dense()) return N.Dense().cwiseProduct(B.Dense().transpose()).rowwise().sum();
-  if (N.linear_operator() || B.linear_operator()) return Vector::Zero(N.rows());
-  const SparseMatrix products = N.Sparse().cwiseProduct(SparseMatrix(B.Sparse().transpose()));
-  return products * Vector::Ones(products.cols());
-}
-
-}  // namespace
-
 void AddEffectOfSlacks(const Problem& problem, const Solution& solution, TrajectoryErrors& errors) {
   const Vector& missed = solution.certificate.w_missed;
   if (missed.size() == 0 || errors.x.size() == 0) return;
@@ -272,9 +268,9 @@ void AddEffectOfSlacks(const Problem& problem, const Solution& solution, Traject
   };
   const Vector operations =
       RoundingOf(kOperationsOfSum) + kUlp / solution.step * MemoryOf(problem, problem.horizon).array();
-  const Vector y = RowMaxAbs(solution.y);
   // What a step adds to x is rounded, though y may cancel all of it.
-  const Vector added = problem.A.AbsTimes(errors.x.own) + problem.B.AbsTimes(y);
+  const Vector added =
+      problem.A.AbsTimes(errors.x.own) + problem.B.AbsTimes(SizesOf(problem, solution, /*y_counts=*/true).y);
   errors.x.rounding += RoundingOf(kOperationsOfSum) * solution.step * added;
   errors.x.truncation += in_x(missed);
   errors.x.rounding += in_x(problem.N.AbsTimes(errors.x.own.cwiseProduct(operations)));

@@ -63,7 +63,7 @@ class ErrorGrowth {
   Vector InState() const;
   // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.
   void Add(const Vector& error, const Vector& inside);
-  // Of that step, or of one whose begin was moved onto a constraint, how far w is off inside of it.
+  // Of that step, how far w is off inside of it.
   void AddInside(const Vector& of_w);
 
   // The largest errors so far of each component, and the sizes in `sizes`.

@@ -464,7 +464,7 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
       of->x += moved;
       of->slope += slope;
     }
-    errors_.AddInside(problem_.N.AbsTimes(moved));
+    overlooked.truncation.w += problem_.N.AbsTimes(moved);
   }
   const double event_error = errors_.AddStep(step_, sources_, overlooked, s_end, guard);
   if (guard) begin_error_ = event_error;

@@ -227,7 +227,7 @@ TEST(NearConstraintsTest, CountsAStartThatIsMovedOntoAConstraint) {
           << gap << ", tolerance " << tolerance;
     }
   }
-  EXPECT_GE(solved, 12);  // beside 1000, the other gaps have no more than four to eight digits
+  EXPECT_GE(solved, 12);  // of 15; the others have too few digits beside 1000
 }
 
 // x' = -1 + y beside w = x + gap + y, and another pair that rises. The first one is active from t = gap on, a tiny
