@@ -3,23 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include "core/event_driven/step_length.h"
-#include "core/linalg/abs_times.h"
 #include "core/linalg/bounded_sum.h"
 #include "core/linalg/norms.h"
-#include "core/linalg/weyl_sequence.h"
 
 namespace dlcs {
 namespace {
-
-// The integral of what an interpolant misses is smaller than that is, since it has the signs of a polynomial of high
-// degree. PlainSystems feels 4 times as much.
-constexpr double kOfMissed = 0.25;
 
 // The time of an event has the rounding of so many operations at best.
 constexpr Index kOperationsOfTime = 32;
@@ -34,44 +26,6 @@ void Shrink(const Vector& slope, const Eigen::RowVectorXd& shifts, Matrix& error
       errors(i, e) = std::copysign(left, errors(i, e));
     }
   }
-}
-
-// The signs of `error`, and those of `otherwise` where it is zero.
-Vector SignsLike(const Eigen::Ref<const Vector>& error, Vector otherwise) {
-  for (Index i = 0; i < error.size(); ++i) {
-    if (error[i] != 0) otherwise[i] = std::copysign(1, error[i]);
-  }
-  return otherwise;
-}
-
-// The signs with which errors of the given sizes add most to what lasts longest of `error`; `otherwise` in rows that do
-// not add to it.
-Vector SignsThatLast(const Eigen::VectorXcd& slowest, const Vector& sizes, const Vector& error, Vector otherwise) {
-  const std::complex<double> lasts = slowest.cwiseProduct(error).sum();
-  const Eigen::VectorXcd turned = lasts == 0.0 ? slowest : Eigen::VectorXcd(std::conj(lasts) * slowest);
-  const Vector parts = turned.real().cwiseProduct(sizes);
-  for (Index i = 0; i < parts.size(); ++i) {
-    if (parts[i] != 0) otherwise[i] = std::copysign(1, parts[i]);
-  }
-  return otherwise;
-}
-
-// With which of the signs 1 and -1 `added` enlarges `errors`, both relative to `size`.
-double SignTowards(const Vector& errors, const Vector& added, const Vector& size) {
-  const Vector unit = size.cwiseMax(std::numeric_limits<double>::min());
-  return errors.cwiseQuotient(unit).dot(added.cwiseQuotient(unit)) < 0 ? -1 : 1;
-}
-
-// The tails of a step with the signs of the last coefficients.
-Vector TailWithSigns(const LegendreSeries& x, const Vector& tail) {
-  return tail.binaryExpr(Vector(x.rightCols<1>()), [](double size, double last) { return std::copysign(size, last); });
-}
-
-// The part of the error inside a step that it has at `s`. It behaves as P_{K+1} - P_{K-1}, which vanishes at the end
-// with the slope 2K + 1 and is at most 2 √(2/(π K)).
-double PartOfTail(double s) {
-  constexpr double K = kLegendreDegree;
-  return std::min(1.0, (1 - s) * (2 * K + 1) / 2 * std::sqrt(std::numbers::pi * K / 2));
 }
 
 // How much later a guard vanishes that is larger by `error` than one that vanishes with this slope and second
@@ -109,82 +63,23 @@ void Raise(SignedErrorBounds& bounds, Index i, double truncation, double with_si
 
 ErrorGrowth::ErrorGrowth(const Problem& problem)
     : problem_(problem),
-      errors_(Matrix::Zero(problem.num_states(), kErrors)),
-      shifts_(Eigen::RowVectorXd::Zero(kErrors)),
+      errors_(problem.x0),
+      shifts_(Eigen::RowVectorXd::Zero(SampledErrors::kCount)),
       x_(SignedErrorBounds::Zero(problem.num_states())),
       y_(SignedErrorBounds::Zero(problem.num_constraints())),
       w_(SignedErrorBounds::Zero(problem.num_constraints())),
       outputs_(SignedErrorBounds::Zero(problem.outputs.shown())),
-      overlooked_y_(Vector::Zero(problem.num_constraints())) {
-  const Vector& x0 = problem.x0;
-  for (Index e = 0; e < kSamples; ++e) {
-    errors_.col(e) = kUlp * SignsOfRounding(x0.size(), static_cast<unsigned>(e)).cwiseProduct(x0);
-  }
-}
-
-Vector ErrorGrowth::Signs(Index error, const Eigen::Ref<const Vector>& values) const {
-  const Index size = errors_.rows();
-  if (error == 1) return SignsOfRounding(size, 1);
-  if (error == 2) return SignsOfRounding(size, 2 + steps_);
-  return SignsLike(values, SignsOfRounding(size, 0));
-}
-
-void ErrorGrowth::AddTo(Index error, const Vector& amount) {
-  errors_.col(error) += Signs(error, errors_.col(error)).cwiseProduct(amount);
-}
-
-SignedErrorBounds ErrorGrowth::SizesOf(const Matrix& errors) {
-  SignedErrorBounds sizes;
-  sizes.truncation = errors.col(kTruncation).cwiseAbs();
-  sizes.with_signs = errors.col(kWithSigns).cwiseAbs();
-  sizes.rounding = RowMaxAbs(errors.leftCols(kSamples));
-  return sizes;
-}
+      overlooked_y_(Vector::Zero(problem.num_constraints())) {}
 
 double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, const OverlookedByCause& overlooked,
                             double s_end, std::optional<Index> guard) {
-  ++steps_;
+  errors_.BeginStep();
   Pass(step, sources);
-  const LegendreVector at = LegendreValues(s_end);
-  const Vector rounding = kUlp * step.x_size;
+  errors_.Propagate(step, overlooked, s_end);
   const Mode& mode = step.stepper->mode();
-  const auto in_rows = [&mode](const Vector& slope) { return mode.is_explicit() ? slope : AbsTimes(mode.E, slope); };
-  Matrix rows(rounding.size(), kErrors);
-  double sign = 1;  // of the whole step
-  for (Index e = 0; e < kErrors; ++e) {
-    const auto error = errors_.col(e);
-    const Vector of_error = mode.is_explicit() ? Vector(error) : Vector(mode.E * error);
-    if (e == kTruncation) {
-      const Vector missed = kOfMissed * step.row_error.truncation + in_rows(overlooked.truncation.slope);
-      rows.col(e) = Signs(e, of_error).cwiseProduct(missed);
-    } else if (e == kWithSigns) {
-      const Vector& slope = overlooked.with_signs.slope;
-      rows.col(e) = kOfMissed * step.row_error.with_signs + (mode.is_explicit() ? slope : Vector(mode.E * slope));
-      sign = SignTowards(of_error, rows.col(e), step.row_error.rounding);
-      rows.col(e) *= sign;
-    } else {
-      // What an ulp of the data is stays the same. For the last sample it has the signs that add to it: a system with
-      // slow and fast states forgets most errors, and signs at hand may all be of that kind.
-      Vector of_data = PartsOfRounding(rounding.size(), static_cast<unsigned>(e));
-      if (e + 1 == kSamples) {
-        of_data = SignsThatLast(mode.slowest, step.row_error.rounding, of_error, SignsLike(of_error, of_data));
-      }
-      rows.col(e) = of_data.cwiseProduct(step.row_error.rounding) +
-                    Signs(e, of_error).cwiseProduct(in_rows(overlooked.rounding.slope));
-    }
-  }
-  ModeStepper::Response response = step.stepper->RespondAt(s_end, errors_, rows);
-  errors_ = std::move(response.values);
-  slopes_ = std::move(response.slopes);
-  // In the triangular form they have the rounding of others.
-  for (const Index i : step.unreached) {
-    errors_.row(i).setZero();
-    slopes_.row(i).setZero();
-  }
   // What the refinement left is the rounding inside of the step, and a coefficient that is taken for rounding counts as
   // rounding. Of a step that an event cuts both are those of what may grow behind the event, and what counts is the
   // rounding of the polynomials.
-  const bool is_whole = s_end == 1;
   Matrix left_inside;
   Vector inside = step.x_unsettled;
   // The rounding of a row is another one at each time, and so not what the samples make of one that stays. Its state
@@ -192,44 +87,29 @@ double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, 
   if (mode.is_explicit()) {
     inside += step.row_error.rounding.cwiseQuotient(Vector(mode.F.diagonal().cwiseAbs().array() + 2 / sources.length));
   }
-  if (is_whole) {
+  if (s_end == 1) {
     left_inside = step.left.lazyProduct(LooksBefore(s_end));
     inside += RowMaxAbs(left_inside) + step.x_hidden;
-    const Vector left = ValueOf(step.left, at);
-    for (Index e = 0; e < kSamples; ++e) {
-      errors_.col(e) += SignTowards(errors_.col(e), left, errors_.col(e).cwiseAbs()) * left;
-    }
   } else {
     inside += kUlp * SizeOfRows(step.x);
   }
-  for (Index e = 0; e < kSamples; ++e) {
-    const Vector stored =
-        SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
-    errors_.col(e) += stored;
-    if (!mode.is_explicit()) slopes_.col(e) += mode.dynamics * stored;
-    AddTo(e, overlooked.rounding.x);
-  }
-  // At its end a step is far better than inside of it, where an event cuts it.
-  const Vector tail = PartOfTail(s_end) * step.x_tail;
-  AddTo(kTruncation, overlooked.truncation.x + tail);
-  errors_.col(kWithSigns) += sign * (overlooked.with_signs.x + TailWithSigns(step.x, tail));
   const double end = sources.begin + (1 + s_end) / 2 * sources.length;
   // What a shift by the error of the time of an event explains near it is no error. An error that stays is counted on
   // another step.
-  Eigen::RowVectorXd shifts = Eigen::RowVectorXd::Zero(kErrors);
+  Eigen::RowVectorXd shifts = Eigen::RowVectorXd::Zero(SampledErrors::kCount);
   if (end - last_event_ <= kNear * end) shifts = shifts_;
   double time_error = 0;
   if (guard) {
     time_error = BeginEvent(step, sources, s_end, *guard);
     if (end - sources.begin <= kNear * end) {
-      for (Index e = 0; e < kErrors; ++e) shifts[e] = std::max(shifts[e], std::abs(event_.delay[e]));
+      for (Index e = 0; e < SampledErrors::kCount; ++e) shifts[e] = std::max(shifts[e], std::abs(event_.delay[e]));
     }
   }
-  const LegendreVector slope_at = 2 / sources.length * LegendreSlopes(at);
-  Matrix unexcused = errors_;
+  const LegendreVector slope_at = 2 / sources.length * LegendreSlopes(LegendreValues(s_end));
+  Matrix unexcused = errors_.values();
   Shrink(ValueOf(step.x, slope_at), shifts, unexcused);
-  const SignedErrorBounds at_end = SizesOf(unexcused);
-  for (Index i = 0; i < rounding.size(); ++i) {
+  const SignedErrorBounds at_end = SampledErrors::SizesOf(unexcused);
+  for (Index i = 0; i < inside.size(); ++i) {
     const double own = step.x_error.truncation[i] + step.layer[i] - step.x_unsettled[i];
     Raise(x_, i, at_end.truncation[i] + own, at_end.with_signs[i] + own, at_end.rounding[i] + inside[i]);
   }
@@ -242,7 +122,7 @@ void ErrorGrowth::AddBreak(const SmoothStep& step, const StepSources& sources, d
   BeginJump(step, sources, 1);
   event_.is_break = true;
   event_.delay.fill(0);
-  for (Index e = 0; e < kSamples; ++e) event_.delay[e] = rounding;
+  for (Index e = 0; e < SampledErrors::kOfRounding; ++e) event_.delay[e] = rounding;
 }
 
 void ErrorGrowth::BeginJump(const SmoothStep& step, const StepSources& sources, double s) {
@@ -259,7 +139,7 @@ void ErrorGrowth::BeginJump(const SmoothStep& step, const StepSources& sources, 
 }
 
 SignedErrorBounds ErrorGrowth::Delays() const {
-  return SizesOf(Eigen::Map<const Eigen::Matrix<double, 1, kErrors>>(event_.delay.data()));
+  return SampledErrors::SizesOf(Eigen::Map<const Eigen::Matrix<double, 1, SampledErrors::kCount>>(event_.delay.data()));
 }
 
 // Keeps the event until x' after it is known. Returns how far its time may be off.
@@ -276,14 +156,15 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
   const double depth = std::max(0.0, -series.dot(LegendreValues(s_end)) - of_terms);
   const double late = std::min(depth / std::abs(speed), sources.begin + sources.length);
   const double late_by_rounding = late * std::min(1.0, step.guard.error.rounding[guard] / depth);
-  for (Index e = 0; e < kErrors; ++e) {
-    double moved = mode.guard.state.row(guard).dot(errors_.col(e));
-    if (mode.guard.slope.size() > 0) moved += mode.guard.slope.row(guard).dot(slopes_.col(e));
-    const double own = e < kSamples ? of_terms : part_of_tail * step.guard.tail[guard];
+  for (Index e = 0; e < SampledErrors::kCount; ++e) {
+    const double moved = errors_.In(mode.guard, guard, e);
+    const double own = e < SampledErrors::kOfRounding ? of_terms : part_of_tail * step.guard.tail[guard];
     // If a guard neither falls nor turns, nothing is known of it.
     const double delay = DelayOf(moved + std::copysign(own, moved), speed, curvature);
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
-    if (depth > 0) event_.delay[e] += std::copysign(e < kSamples ? late_by_rounding : late - late_by_rounding, delay);
+    if (depth > 0)
+      event_.delay[e] +=
+          std::copysign(e < SampledErrors::kOfRounding ? late_by_rounding : late - late_by_rounding, delay);
   }
   const SignedErrorBounds delays = Delays();
   return delays.Truncation()[0] + delays.rounding[0];
@@ -299,7 +180,7 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   has_event_ = false;
   last_event_ = sources.begin;
   const double rounding_of_time = RoundingOf(kOperationsOfTime) * sources.begin;
-  for (Index e = 0; e < kErrors; ++e) shifts_[e] = std::max(rounding_of_time, std::abs(event_.delay[e]));
+  for (Index e = 0; e < SampledErrors::kCount; ++e) shifts_[e] = std::max(rounding_of_time, std::abs(event_.delay[e]));
   RaiseJumps(step);
   const Vector slope_jump = event_.slope - SlopeAt(step, sources, -1);
   const auto jump_within = [&](double delay) {
@@ -311,16 +192,14 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
     return jump;
   };
   if (!event_.is_break) {
-    for (Index e = 0; e < kErrors; ++e) {
-      errors_.col(e) += std::copysign(1, event_.delay[e]) * jump_within(std::abs(event_.delay[e]));
+    for (Index e = 0; e < SampledErrors::kCount; ++e) {
+      errors_.Add(e, std::copysign(1, event_.delay[e]) * jump_within(std::abs(event_.delay[e])));
     }
     return;
   }
   const double delay = event_.delay[0];
   const Vector jump = jump_within(delay);
-  const std::array<double, kSamples> signs = {SignTowards(errors_.col(0), jump, step.x_size), 1,
-                                              SignsOfRounding(1, steps_)[0]};
-  for (Index e = 0; e < kSamples; ++e) errors_.col(e) += signs[static_cast<std::size_t>(e)] * jump;
+  errors_.AddRoundingOfOneSign(jump, step.x_size);
   if (!(delay > rounding_of_time)) return;
   for (Index i = 0; i < jump.size(); ++i) Raise(x_, i, 0, 0, std::abs(jump[i]));
 }
@@ -343,15 +222,11 @@ void ErrorGrowth::RaiseJumps(const SmoothStep& step) {
   raise(event_.outputs, ValueOf(step.outputs.values, at), outputs_);
 }
 
-void ErrorGrowth::AddRounding(const Vector& amount) {
-  for (Index e = 0; e < kSamples; ++e) AddTo(e, amount);
-}
-
 void ErrorGrowth::Add(const Vector& error, const Vector& inside) {
   has_event_ = false;
-  ++steps_;
-  for (const Index e : {kTruncation, kWithSigns}) AddTo(e, error);
-  const SignedErrorBounds at_end = SizesOf(errors_);
+  errors_.BeginStep();
+  errors_.AddTruncation(error);
+  const SignedErrorBounds at_end = SampledErrors::SizesOf(errors_.values());
   for (Index i = 0; i < error.size(); ++i) {
     Raise(x_, i, at_end.truncation[i] + inside[i], at_end.with_signs[i] + inside[i], at_end.rounding[i]);
   }
@@ -362,12 +237,12 @@ void ErrorGrowth::AddInside(const Vector& of_w) {
 }
 
 ErrorBounds ErrorGrowth::InGuards(const Mode& mode) const {
-  const SignedErrorBounds sizes = SizesOf(mode.guard.state * errors_);
+  const SignedErrorBounds sizes = SampledErrors::SizesOf(errors_.In(mode.guard, false));
   return {sizes.Truncation(), sizes.rounding};
 }
 
 Vector ErrorGrowth::InState() const {
-  const SignedErrorBounds sizes = SizesOf(errors_);
+  const SignedErrorBounds sizes = SampledErrors::SizesOf(errors_.values());
   return sizes.truncation + sizes.rounding;
 }
 
@@ -399,10 +274,9 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slo
 // The errors of linear functions of the solution at the end of the step, and their own.
 SignedErrorBounds ErrorGrowth::InRows(const LinearOutput& output, const StepRows& rows, const LegendreVector& slope_at,
                                       const Eigen::RowVectorXd& shifts, const Matrix& left_inside) const {
-  Matrix of_x = output.state * errors_;
-  if (output.slope.size() > 0) of_x += output.slope * slopes_;
+  Matrix of_x = errors_.In(output, true);
   Shrink(ValueOf(rows.values, slope_at), shifts, of_x);
-  SignedErrorBounds errors = SizesOf(of_x);
+  SignedErrorBounds errors = SampledErrors::SizesOf(of_x);
   errors.truncation += rows.error.truncation;
   errors.with_signs += rows.error.truncation;
   errors.rounding += RoundingOf(kOperationsOfRow) * rows.terms;

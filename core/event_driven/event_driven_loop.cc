@@ -121,7 +121,7 @@ bool EventDrivenLoop::Start(double begin) {
   Vector g(problem_.num_constraints());
   sampler_.G(begin, Side::kRight, g);
   // What is no more than the rounding of x is zero: N x alone shows no other size than its own.
-  const Vector noise = (x_.array().abs() <= magnitudes_.x_noise.array()).select(x_, 0);
+  const Vector noise = (x_.array().abs() <= magnitudes_.rounding.bound.array()).select(x_, 0);
   x_ -= noise;
   errors_.AddRounding(noise.cwiseAbs());
   repelled_ = RepelledStarts(problem_.num_constraints());
@@ -201,8 +201,8 @@ EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
   bool lost_least_element = false, was_solved = false;
   while (attempt_ < ModeSearch::kAttempts || TryAgainFromBelow()) {
     const bool trusts_guess = may_start_below_ && attempt_ % 2 == 0;
-    const ModeSearch::Proposal proposal =
-        search_.Find(t_, x_, magnitudes_.x_noise, SizesSoFar(), length_.value(), end - t_, attempt_++, trusts_guess);
+    const ModeSearch::Proposal proposal = search_.Find(t_, x_, magnitudes_.rounding.bound, SizesSoFar(),
+                                                       length_.value(), end - t_, attempt_++, trusts_guess);
     const bool solved = proposal.verdict == LcpStatus::kSolved;
     was_solved = was_solved || solved;
     lost_least_element = lost_least_element || (solved && !proposal.kept_selection);
@@ -452,15 +452,15 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
   const ErrorBounds of_state = errors_.InGuards(*mode_);
-  ErrorGrowth::OverlookedByCause overlooked = OverlookedEvents(problem_, step_, of_state, magnitudes_, s_end, end - t_,
-                                                               length_.ShortestMode(t_, mode_), repelled_);
+  OverlookedByCause overlooked = OverlookedEvents(problem_, step_, of_state, magnitudes_, s_end, end - t_,
+                                                  length_.ShortestMode(t_, mode_), repelled_);
   const Vector x_error = errors_.InState();
   jumps_near_zero_.AddTo(step_, of_state, x_error, s_end, t_ == mode_begin_, guard, sampler_, sources_, overlooked);
   // Where x was close to constraints that should not hold yet, its projection onto them is an error.
-  const Vector moved = ((x_start_ - x_).cwiseAbs() - x_error - magnitudes_.x_noise).cwiseMax(0);
+  const Vector moved = ((x_start_ - x_).cwiseAbs() - x_error - magnitudes_.rounding.bound).cwiseMax(0);
   if (!moved.isZero(0)) {
     const Vector slope = problem_.A.AbsTimes(moved);
-    for (ErrorGrowth::Overlooked* of : {&overlooked.truncation, &overlooked.with_signs}) {
+    for (Overlooked* of : {&overlooked.truncation, &overlooked.with_signs}) {
       of->x += moved;
       of->slope += slope;
     }
@@ -474,8 +474,7 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   y_ = ValueOf(step_.y, at).cwiseMax(0);
   t_ = end;
   magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * legendre_at_samples_.transpose()).cwiseAbs().rowwise().maxCoeff());
-  magnitudes_.x_noise = step_.x_rounding;
-  magnitudes_.rounding << step_.rounding_at_end, Vector::Zero(x_.size());
+  magnitudes_.rounding = step_.rounding;
   const Vector guards = (step_.guard.values * legendre_at_samples_.transpose()).rowwise().maxCoeff().cwiseMax(0);
   w_ = ValueOf(step_.guard.values, at).cwiseMax(0);
   for (Index i = 0; i < guards.size(); ++i) {
@@ -584,8 +583,8 @@ bool EventDrivenLoop::TakeCoupledSteps(double end) {
     w_ = step.w;
     t_ = step.end;
     magnitudes_.x = magnitudes_.x.cwiseMax(x_.cwiseAbs());
-    magnitudes_.x_noise = step.noise;
-    magnitudes_.rounding.colwise() = step.noise;
+    magnitudes_.rounding.bound = step.noise;
+    magnitudes_.rounding.samples.colwise() = step.noise;
     ++record_.coupled_steps;
   }
   coupled_steps_.EndBurst();

@@ -51,6 +51,62 @@ Vector JumpAcross(const Problem& problem, LcpSolver& lcp, const SmoothStep& step
   return status == LcpStatus::kSolved ? Vector(after - y) : Vector::Zero(y.size());
 }
 
+// How fast the w_i of a pair falls, beyond what that is off by. It is from the equations: the polynomial of w_i has the
+// rounding of w_i over the length. Where y depends on x', that of M y is left.
+class SpeedOfFall {
+ public:
+  // Keeps references. `sources` has the slope of g. `slope_error`: what x' is off by.
+  SpeedOfFall(const Problem& problem, const SmoothStep& step, const StepSources& sources, Index pair,
+              const Vector& slope_error)
+      : step_(step), sources_(sources) {
+    const Mode& mode = step.stepper->mode();
+    if (mode.is_explicit()) {
+      row_ = mode.guard.state.row(pair);
+      row_g_ = mode.guard.g.size() > 0 ? Row(mode.guard.g.row(pair)) : Row(Row::Zero(problem.num_constraints()));
+    } else {
+      row_ = problem.N.Dense().row(pair);
+      row_g_ = Row::Unit(problem.num_constraints(), pair);
+      of_slopes_ = problem.M.Dense().row(pair) * step.y;
+    }
+    of_x_ = row_ * problem.A.Dense();
+    of_y_ = row_ * problem.B.Dense();
+    x_terms_ = row_.cwiseAbs().lazyProduct(problem.A.Dense().cwiseAbs());
+    y_terms_ = row_.cwiseAbs().lazyProduct(problem.B.Dense().cwiseAbs());
+    error_ = row_.cwiseAbs().dot(slope_error);
+    if (!sources.g.is_steady) error_ += row_g_.cwiseAbs().dot(sources.g.slope_rounding);
+  }
+
+  // The largest one on a part of the step.
+  double On(PartOfStep part) const {
+    Vector s(kLegendreSize + 1);
+    s << part.begin, part.begin + (part.end - part.begin) * (1 + GetLegendreBasis().nodes.array()) / 2;
+    LegendreRows at;
+    LegendreValuesAt(s, at);
+    const Matrix x = step_.x.lazyProduct(at.transpose());
+    const Matrix y = step_.y.lazyProduct(at.transpose()).cwiseMax(0);
+    const Matrix f = sources_.f.values.lazyProduct(at.transpose());
+    Row slope = of_x_ * x + of_y_ * y + row_ * f;
+    const Row terms = x_terms_ * x.cwiseAbs() + y_terms_ * y + row_.cwiseAbs() * f.cwiseAbs();
+    if (!sources_.g.is_steady) slope += (row_g_ * sources_.g.slope).lazyProduct(at.transpose());
+    if (of_slopes_.size() > 0) {
+      for (Index k = 0; k < s.size(); ++k)
+        slope[k] += 2 / sources_.length * of_slopes_.dot(LegendreSlopes(at.row(k).transpose()));
+    }
+    double speed = 0;
+    for (Index k = 0; k < s.size(); ++k)
+      speed = NanMax(speed, -slope[k] - RoundingOf(kOperationsOfSlope) * terms[k] - error_);
+    return speed;
+  }
+
+ private:
+  using Row = Eigen::RowVectorXd;
+  const SmoothStep& step_;
+  const StepSources& sources_;
+  Row row_, row_g_, of_x_, of_y_, x_terms_, y_terms_;
+  Row of_slopes_;  // M y of the pair, as a polynomial, where y depends on x'
+  double error_;
+};
+
 }  // namespace
 
 JumpsNearZero::JumpsNearZero(const Problem& problem, Selection selection, bool y_is_lipschitz)
@@ -62,43 +118,9 @@ JumpsNearZero::JumpsNearZero(const Problem& problem, Selection selection, bool y
   }
 }
 
-// The largest speed with which w_i falls on a part of the step, beyond what it is off by. It is from the equations: the
-// polynomial of w_i has the rounding of w_i over the length. Where y depends on x', that of M y is left.
-double JumpsNearZero::SpeedOfFall(const SmoothStep& step, Index pair, PartOfStep part, const Vector& slope_error,
-                                  SourceSampler& sampler, StepSources& sources) const {
-  if (!sources.g.is_steady && sources.g.slope.rows() == 0) sampler.SampleSlope(sources);
-  const Mode& mode = step.stepper->mode();
-  const Index n = problem_.num_constraints();
-  Vector row = problem_.N.Dense().row(pair).transpose(), row_g = Vector::Unit(n, pair), row_y = Vector::Zero(n);
-  if (mode.is_explicit()) {
-    row = mode.guard.state.row(pair).transpose();
-    row_g = mode.guard.g.size() > 0 ? Vector(mode.guard.g.row(pair).transpose()) : Vector(Vector::Zero(n));
-  } else {
-    row_y = problem_.M.Dense().row(pair).transpose();
-  }
-  const auto falls_at = [&](double s) {
-    const LegendreVector at = LegendreValues(s);
-    const Vector x = ValueOf(step.x, at), y = ValueOf(step.y, at).cwiseMax(0), f = ValueOf(sources.f.values, at);
-    const Vector terms = problem_.A.AbsTimes(x.cwiseAbs()) + problem_.B.AbsTimes(y) + f.cwiseAbs();
-    double slope = row.dot(problem_.A * x + problem_.B * y + f);
-    double error = row.cwiseAbs().dot(RoundingOf(kOperationsOfSlope) * terms + slope_error);
-    if (!sources.g.is_steady) {
-      slope += row_g.dot(ValueOf(sources.g.slope, at));
-      error += row_g.cwiseAbs().dot(sources.g.slope_rounding);
-    }
-    if (!mode.is_explicit()) slope += row_y.dot(ValueOf(step.y, 2 / sources.length * LegendreSlopes(at)));
-    return -slope - error;
-  };
-  double speed = std::max(0.0, falls_at(part.begin));
-  for (const double node : GetLegendreBasis().nodes) {
-    speed = NanMax(speed, falls_at(part.begin + (part.end - part.begin) * (1 + node) / 2));
-  }
-  return speed;
-}
-
 void JumpsNearZero::AddTo(const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end,
                           bool begins_mode, std::optional<Index> ends_mode, SourceSampler& sampler,
-                          StepSources& sources, ErrorGrowth::OverlookedByCause& overlooked) {
+                          StepSources& sources, OverlookedByCause& overlooked) {
   for (OfPair& of : pairs_) {
     AddOf(of, step, of_state, x_error, s_end, begins_mode, of.pair == ends_mode, sampler, sources, overlooked);
   }
@@ -106,19 +128,31 @@ void JumpsNearZero::AddTo(const SmoothStep& step, const ErrorBounds& of_state, c
 
 void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error,
                           double s_end, bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
-                          ErrorGrowth::OverlookedByCause& overlooked) {
+                          OverlookedByCause& overlooked) {
   const Mode& mode = step.stepper->mode();
   const Index i = of.pair;
   const double noise = step.guard.error.rounding[i], rounding = of_state.rounding[i];
   const double truncation = step.guard.error.truncation[i] + of_state.truncation[i];
   const double within_rounding = rounding + std::min(truncation, kOfNoise * noise), within_both = rounding + truncation;
   const LegendreVector guard = step.guard.values.row(i).transpose();
-  const std::vector<PartOfStep> near = PartsNearZero(guard, within_both, s_end, ends_mode);
   const bool leaves_event = std::exchange(of.leaves_event, false) || begins_mode;
-  if (near.empty()) {
-    of.truncation = of.rounding = {};
-    return;
-  }
+  std::vector<PartOfStep> near = PartsNearZero(guard, within_both, s_end, ends_mode);
+  if (near.empty()) return of.EndRow();
+  if (!sources.g.is_steady && sources.g.slope.rows() == 0) sampler.SampleSlope(sources);
+  Vector y_error = Vector::Zero(problem_.num_constraints());
+  for (const Index k : mode.active)
+    y_error[k] = of_state.truncation[k] + of_state.rounding[k] + kOfNoise * step.guard.error.rounding[k];
+  const Vector slope_error = problem_.A.AbsTimes(x_error + step.x_error.truncation + kOfNoise * step.x_error.rounding) +
+                             problem_.B.AbsTimes(y_error);
+  const SpeedOfFall speed(problem_, step, sources, i, slope_error);
+  // Nothing is hidden where the guard rises from the event that its mode began with.
+  const auto drop_rise = [&](std::vector<PartOfStep>& parts) {
+    if (!leaves_event || parts.empty() || parts.front().begin != -1 || speed.On(parts.front()) != 0) return;
+    of.leaves_event = of.leaves_event || parts.front().end == s_end;
+    parts.erase(parts.begin());
+  };
+  drop_rise(near);
+  if (near.empty()) return of.EndRow();
   // The LCP alone decides for relays, in modes where y is determined without x'.
   Vector jump = Vector::Zero(problem_.num_constraints());
   if (mode.is_explicit()) {
@@ -127,32 +161,26 @@ void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds&
   }
   const bool y_jumps = !jump.isZero(0);
   const bool may_touch = of.moves > 0 && !std::binary_search(mode.active.begin(), mode.active.end(), i);
-  if (!y_jumps && !may_touch) {
-    of.truncation = of.rounding = {};
-    return;
-  }
-  Vector y_error = Vector::Zero(jump.size());
-  for (const Index k : mode.active)
-    y_error[k] = of_state.truncation[k] + of_state.rounding[k] + kOfNoise * step.guard.error.rounding[k];
-  const Vector slope_error = problem_.A.AbsTimes(x_error + step.x_error.truncation + kOfNoise * step.x_error.rounding) +
-                             problem_.B.AbsTimes(y_error);
+  if (!y_jumps && !may_touch) return of.EndRow();
   // What y may be off by, as a multiple of y_by: the largest value, and the integral over s on such parts.
   const Vector y_by = y_jumps ? Vector(jump.cwiseAbs()) : Vector(Vector::Unit(jump.size(), i));
   double largest = 0;
   const auto integral_on = [&](const std::vector<PartOfStep>& parts) {
     double integral = 0;
     for (const PartOfStep& part : parts) {
-      const double falls = SpeedOfFall(step, i, part, slope_error, sampler, sources);
-      const bool leaves = leaves_event && part.begin == -1 && falls == 0;
-      of.leaves_event = of.leaves_event || (leaves && part.end == s_end);
-      const double y = leaves ? 0 : y_jumps ? 1 : falls / of.moves;
+      const double y = y_jumps ? 1 : speed.On(part) / of.moves;
       largest = NanMax(largest, y);
       integral += (part.end - part.begin) * y;
     }
     return integral;
   };
   const double both = integral_on(near);
-  const double of_rounding = std::min(both, integral_on(PartsNearZero(guard, within_rounding, s_end, ends_mode)));
+  double of_rounding = both;
+  if (within_rounding < within_both) {
+    std::vector<PartOfStep> nearer = PartsNearZero(guard, within_rounding, s_end, ends_mode);
+    drop_rise(nearer);
+    of_rounding = std::min(both, integral_on(nearer));
+  }
   const double of_truncation = both - of_rounding;
   // A y_i that pushes w_i away from zero makes up for what x is off by.
   if (y_jumps && of.moves == 0) {

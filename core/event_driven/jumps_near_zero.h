@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/discretization/step_sources.h"
-#include "core/event_driven/error_growth.h"
 #include "core/event_driven/first_crossing.h"
+#include "core/event_driven/sampled_errors.h"
 #include "core/event_driven/smooth_step.h"
 #include "core/lcp/basis/lcp_solver.h"
 #include "core/matrix_classes/matrix_class.h"
@@ -33,7 +33,7 @@ class JumpsNearZero {
   // the pairs, and an LCP where its guard comes near zero.
   void AddTo(const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end, bool begins_mode,
              std::optional<Index> ends_mode, SourceSampler& sampler, StepSources& sources,
-             ErrorGrowth::OverlookedByCause& overlooked);
+             OverlookedByCause& overlooked);
 
  private:
   // y of a pair, over the steps in a row on which its guard is near zero.
@@ -42,12 +42,12 @@ class JumpsNearZero {
     double moves;  // w_i by y_i, a unit of time
     Vector truncation = {}, rounding = {};
     bool leaves_event = false;  // the guard has been near zero, and rising, since its mode began
+
+    void EndRow() { truncation = rounding = {}; }
   };
   void AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end,
              bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
-             ErrorGrowth::OverlookedByCause& overlooked);
-  double SpeedOfFall(const SmoothStep& step, Index pair, PartOfStep part, const Vector& slope_error,
-                     SourceSampler& sampler, StepSources& sources) const;
+             OverlookedByCause& overlooked);
 
   const Problem& problem_;
   const Selection selection_;

@@ -59,8 +59,7 @@ Magnitudes::Magnitudes(const Problem& problem, const Options& options, double to
       x_given(AbsoluteTolerances(options, ComponentKind::kState, problem.num_states()) / tolerance),
       y_given(AbsoluteTolerances(options, ComponentKind::kPair, problem.num_constraints()) / tolerance),
       w_given(AbsoluteTolerances(options, ComponentKind::kSlack, problem.num_constraints()) / tolerance),
-      x_noise(Vector::Zero(problem.num_states())),
-      rounding(Matrix::Zero(problem.num_states(), 3)) {}
+      rounding(problem.num_states()) {}
 
 void Magnitudes::RaiseReach(const Matrix& dynamics, double rate, const Vector& f_size) {
   x_reach = x;

@@ -30,6 +30,16 @@ DataSizes SizesOfData(const Problem& problem, bool y_is_lipschitz, SourceSampler
 // The noise of states and guards is a bound, of which so much is mostly there.
 inline constexpr double kOfNoise = 1.0 / 16;
 
+// What rounding may make of x at the end of a step.
+struct StateRounding {
+  explicit StateRounding(Index size) : bound(Vector::Zero(size)), samples(Matrix::Zero(size, 3)) {}
+
+  Vector bound;
+  // m × 3, since rounding errors may cancel in a guard: for two choices of signs, and that of the constraints at the
+  // start of the step that follows.
+  Matrix samples;
+};
+
 // The sizes that errors are compared with: the largest values of each component so far. Components have units
 // of their own.
 struct Magnitudes {
@@ -52,12 +62,8 @@ struct Magnitudes {
   // The part of the bounds of the rounding of guards that a step may be off by. They are far above what rounding is, so
   // that much of that may be truncation.
   double allowed_rounding = 1;
-  // The rounding error of x on the step before. In a fast state it decays at once, in a boundary layer that does not
-  // count as an error.
-  Vector x_noise;
-  // m × 3: rounding errors at the end of that step for two choices of signs, since they may cancel in a guard; and that
-  // of the constraints at the start of this one.
-  Matrix rounding;
+  // That of the step before. In a fast state it decays at once, in a boundary layer that does not count as an error.
+  StateRounding rounding;
 };
 
 }  // namespace dlcs

@@ -81,6 +81,7 @@ DipsByCause MissedDip(const SmoothStep& step, Index guard, const ErrorBounds& of
 double FastestGrowth(const Problem& problem, const std::vector<Index>& pairs) {
   if (pairs.empty()) return 0;
   const Matrix inverse = Matrix(problem.M.Dense()(pairs, pairs)).inverse();
+  if (!inverse.allFinite()) return 0;
   const Matrix moves = problem.N.Dense()(pairs, Eigen::all) * problem.B.Dense()(Eigen::all, pairs);
   const Matrix growth = -inverse * moves;
   const std::optional<SchurForm> schur = ComputeSchurForm(growth);
@@ -135,8 +136,7 @@ struct DipPlace {
 
 // Adds the effects of y_i > 0 that is missing, or of y_i < 0 that should be zero: w_i > 0 is missing then. `of_y`: what
 // y_i is in x'.
-void AddDip(const Problem& problem, const DipPlace& at, const Dip& dip, const Vector& of_y,
-            ErrorGrowth::Overlooked& to) {
+void AddDip(const Problem& problem, const DipPlace& at, const Dip& dip, const Vector& of_y, Overlooked& to) {
   if (dip.depth == 0) return;
   const Index i = at.guard;
   const double M = problem.M.Dense()(i, i);
@@ -209,14 +209,14 @@ double RepelledStarts::Follow(Index pair, const LegendreVector& w, double rate, 
   return std::max(0.0, -std::exchange(start, {}).p);
 }
 
-ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
-                                                const ErrorBounds& of_state, const Magnitudes& magnitudes, double s_end,
-                                                double duration, double shortest, RepelledStarts& repelled) {
+OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step, const ErrorBounds& of_state,
+                                   const Magnitudes& magnitudes, double s_end, double duration, double shortest,
+                                   RepelledStarts& repelled) {
   const Mode& mode = step.stepper->mode();
   const Vector no_state = Vector::Zero(problem.num_states());
   const Vector no_pair = Vector::Zero(problem.num_constraints());
-  const ErrorGrowth::Overlooked nothing{no_state, no_state, no_pair, no_pair};
-  ErrorGrowth::OverlookedByCause overlooked{nothing, nothing, nothing, no_pair};
+  const Overlooked nothing{no_state, no_state, no_pair, no_pair};
+  OverlookedByCause overlooked{nothing, nothing, nothing, no_pair};
   for (Index i = 0; i < step.guard.values.rows(); ++i) {
     const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
     const LegendreVector guard = step.guard.values.row(i).transpose();
@@ -231,8 +231,9 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
       overlooked.with_signs.x += repelled_by;
     }
     const DipsByCause dips = MissedDip(step, i, of_state, SizeOfGuard(magnitudes, i, is_active), s_end);
+    if (dips.rounding.depth == 0 && dips.truncation.depth == 0) continue;
     const Vector of_y = problem.B.Dense().col(i);
-    const auto add = [&](const Dip& dip, const Vector& signs, ErrorGrowth::Overlooked& to) {
+    const auto add = [&](const Dip& dip, const Vector& signs, Overlooked& to) {
       AddDip(problem, {i, is_active, duration, shortest}, dip, signs, to);
     };
     add(dips.rounding, of_y.cwiseAbs(), overlooked.rounding);
@@ -241,7 +242,7 @@ ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const Sm
   }
   if (!mode.is_explicit()) {
     const Vector settles = problem.A.Dense().diagonal().cwiseAbs().cwiseInverse();
-    for (ErrorGrowth::Overlooked* of : {&overlooked.truncation, &overlooked.rounding, &overlooked.with_signs}) {
+    for (Overlooked* of : {&overlooked.truncation, &overlooked.rounding, &overlooked.with_signs}) {
       of->x += of->slope.cwiseProduct(settles.cwiseMin(duration));
     }
   }
@@ -259,7 +260,7 @@ double RatioOfDips(const Problem& problem, const SmoothStep& step, const Magnitu
     const DipsByCause dips = MissedDip(step, i, of_state, SizeOfGuard(magnitudes, i, is_active), s_end);
     const Dip& dip = dips.truncation;
     if (dip.depth == 0) continue;
-    ErrorGrowth::Overlooked of{no_state, no_state, no_error, no_error};
+    Overlooked of{no_state, no_state, no_error, no_error};
     AddDip(problem, {i, is_active, duration, shortest}, dip, problem.B.Dense().col(i).cwiseAbs(), of);
     const double of_errors =
         NanMax(LargestRatio(of.x + duration * of.slope, tolerance * magnitudes.x.cwiseMax(step.x_size)),

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/event_driven/error_growth.h"
+#include "core/event_driven/sampled_errors.h"
 #include "core/event_driven/smooth_step.h"
 #include "core/problem/problem.h"
 
@@ -61,9 +61,9 @@ class RepelledStarts {
 // constraint. If a constraint should have been released earlier, the error of x is what its y causes until then, at
 // most over `duration`; for a fast state, it is the value to which the state settles. What lasts less than `shortest`
 // is within the error of the times of events. `magnitudes` and `repelled`: of the steps before.
-ErrorGrowth::OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step,
-                                                const ErrorBounds& of_state, const Magnitudes& magnitudes, double s_end,
-                                                double duration, double shortest, RepelledStarts& repelled);
+OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& step, const ErrorBounds& of_state,
+                                   const Magnitudes& magnitudes, double s_end, double duration, double shortest,
+                                   RepelledStarts& repelled);
 
 // What the dips below zero of polynomials make of x and y, relative to what is allowed of them, or relative to rounding
 // where that is more. A shorter step has less of them where the ratio is above 1. A y_i that is zero so far may be

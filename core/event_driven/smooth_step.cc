@@ -156,16 +156,19 @@ void StepErrors::OfStates() {
   source << signs.cwiseProduct(rows_size_), rows_size_, parts.cwiseProduct(rows_size_);
   constexpr Index kLooks = ModeStepper::kLooks;
   of_rounding_ = RoundingOf(kOperationsOfStep) * step_.stepper->RespondAtLooks(start, source);
-  step_.x_rounding = RoundingOf(kOperationsOfStep) * x_size_ +
-                     RowMaxAbs(of_rounding_.leftCols(kLooks)).cwiseMax(RowMaxAbs(of_rounding_.rightCols(kLooks)));
-  step_.rounding_at_end = of_rounding_(Eigen::all, Eigen::seqN(kLooks - 1, 2, kLooks));
-  step_.x_error.rounding = is_stiff.select(step_.x_rounding + magnitudes_.x_noise, step_.x_rounding);
+  step_.rounding = StateRounding(m);
+  Vector& own = step_.rounding.bound;
+  own = RoundingOf(kOperationsOfStep) * x_size_ +
+        RowMaxAbs(of_rounding_.leftCols(kLooks)).cwiseMax(RowMaxAbs(of_rounding_.rightCols(kLooks)));
+  step_.rounding.samples.leftCols<2>() = of_rounding_(Eigen::all, Eigen::seqN(kLooks - 1, 2, kLooks));
+  step_.x_error.rounding = is_stiff.select(own + magnitudes_.rounding.bound, own);
   // That is an upper bound, with which a stiff row may hide a boundary layer: what rounding there is shows.
   x_coefficients_ = kOfCoefficient * step_.x_error.rounding.cwiseProduct(solution_.stiffness.cwiseMax(1));
   // Of the rounding of the start only what it makes of fast states shows, and that of a row for as long as its own
   // equation keeps it.
   if (is_stiff.any()) {
-    const Vector of_start = step_.stepper->LastOfStarts(magnitudes_.rounding).cwiseMin(magnitudes_.x_noise);
+    const Vector of_start =
+        step_.stepper->LastOfStarts(magnitudes_.rounding.samples).cwiseMin(magnitudes_.rounding.bound);
     const Vector keeps = mode_.dynamics.diagonal().cwiseAbs().array() + 2 / sources_.length;
     const Vector of_rows = kUlp * step_.slope_size.cwiseQuotient(keeps);
     const Vector shown = kOfShown * (kUlp * x_size_ + of_rows + solution_.last_noise) + of_start;
@@ -176,12 +179,12 @@ void StepErrors::OfStates() {
   const Vector unsettled = solution_.uncertainty + (solution_.kept_layer - x_coefficients_).cwiseMax(0);
   step_.x_error.truncation = step_.x_tail + unsettled;
   // A fast state starts where rounding of the others puts it, and settles.
-  step_.x_unsettled = (unsettled + step_.layer).cwiseMin(step_.x_rounding);
+  step_.x_unsettled = (unsettled + step_.layer).cwiseMin(own);
   if ((step_.row_error.truncation.array() != 0).any()) {
     Matrix missed(m, 2);
     missed << signs.cwiseProduct(step_.row_error.truncation), step_.row_error.with_signs;
     const Matrix response = step_.stepper->RespondAtLooks(Matrix::Zero(m, 2), missed);
-    const SignedErrorBounds of_sources{{RowMaxAbs(response.leftCols(kLooks)), step_.x_rounding},
+    const SignedErrorBounds of_sources{{RowMaxAbs(response.leftCols(kLooks)), own},
                                        RowMaxAbs(response.rightCols(kLooks))};
     step_.x_error.truncation += of_sources.Truncation();
   }
@@ -206,7 +209,7 @@ void StepErrors::OfLinearRows(const LinearOutput& output, const Vector& lift, St
   // rounding does to them mostly cancels.
   rounding +=
       RoundingOf(kOperationsOfStep) * AbsTimes(output.state, x_size_) + RowMaxAbs(Matrix(output.state * of_rounding_));
-  if (solution_.IsStiff()) rounding += RowMaxAbs(Matrix(output.state * magnitudes_.rounding));
+  if (solution_.IsStiff()) rounding += RowMaxAbs(Matrix(output.state * magnitudes_.rounding.samples));
   rows.tail = EstimateTail(rows.values, coefficients);
   // A slope misses Σ a_k P'_k over k > K, each of which is (2k + 1) P_{k-1} + (2k - 3) P_{k-3} + ...: k (k + 1)/2 a_k
   // at the ends, of which the decay of its coefficients shows the first term.
@@ -369,18 +372,19 @@ bool Project(const Mode& mode, const StepSources& sources, double tolerance, Mag
   // Nothing is known of a residual that is not larger.
   const Vector rounding = RoundingOf(kOperationsOfStep) * size + of_g.cwiseAbs() * sources.g.error.rounding;
   const Vector change = mode.correction * residual;
+  StateRounding& of_state = magnitudes.rounding;
   if ((residual.array().abs() <= rounding.array()).all()) {
     // Where rounding moves slow states off a constraint, fast states make up for it at once.
-    magnitudes.x_noise = magnitudes.x_noise.cwiseMax(change.cwiseAbs());
-    magnitudes.rounding.col(2) = change;
+    of_state.bound = of_state.bound.cwiseMax(change.cwiseAbs());
+    of_state.samples.col(2) = change;
     return true;
   }
   // What the states are off by in the residual moves all that the correction moves, one that is zero so far too.
-  const Vector known = rounding + mode.algebraic_rows().cwiseAbs() * magnitudes.x_noise;
-  const Vector allowed = tolerance * magnitudes.x + (mode.correction.cwiseAbs() * known).cwiseMax(magnitudes.x_noise);
+  const Vector known = rounding + mode.algebraic_rows().cwiseAbs() * of_state.bound;
+  const Vector allowed = tolerance * magnitudes.x + (mode.correction.cwiseAbs() * known).cwiseMax(of_state.bound);
   if ((change.array().abs() > allowed.array()).any()) return false;
   x -= change;
-  magnitudes.x_noise += change.cwiseAbs().cwiseMin(mode.correction.cwiseAbs() * rounding);
+  of_state.bound += change.cwiseAbs().cwiseMin(mode.correction.cwiseAbs() * rounding);
   return true;
 }
 

@@ -46,10 +46,9 @@ struct SmoothStep {
   Vector layer;                  // of each state the size of the boundary layer that the step leaves out
   Vector x_unsettled;            // the part of the truncation and of the layer that may be rounding
   Vector x_tail;                 // the part of the truncation that vanishes at the end
-  Vector x_rounding;             // of this step alone
   LegendreSeries left;           // what the refinement of x left, with its signs
   Vector x_hidden;               // last coefficients that may be rounding, and were taken for no sign of x_tail
-  Matrix rounding_at_end;        // m × 2: with signs, as Magnitudes::rounding
+  StateRounding rounding{0};     // of this step alone; the bound holds inside of it, too
   std::vector<Index> unreached;  // as ModeStepper::Solution::unreached
   // For the step of full length, with its mode: propagates errors.
   std::shared_ptr<const ModeStepper> stepper;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
@@ -121,6 +122,25 @@ INSTANTIATE_TEST_SUITE_P(All, FlowDerivativeCasesTest,
                                            "diode_bridge", "diode_bridge_cap", "abb_circuit_c", "relay_sliding",
                                            "friction_oscillator"),
                          [](const auto& the_case) { return std::string(the_case.param); });
+
+// w = (1 - t)^3 + v (1 - t) falls through zero with the speed v: for small v it touches zero first.
+TEST(FlowDerivativeTest, NotesAnEventThatNearlyTouches) {
+  for (const double v : {3e-6, 3e-7}) {
+    Problem problem;
+    problem.A = Matrix::Zero(1, 1);
+    problem.B = Matrix::Zero(1, 1);
+    problem.N = Matrix::Ones(1, 1);
+    problem.M = Matrix::Ones(1, 1);
+    problem.f = TimeFunction::Formulas({"-3*(1 - t)^2 - " + FormatNumber(v)});
+    problem.g = TimeFunction::Zero(1);
+    problem.x0 = Vector{{1 + v}};
+    problem.horizon = 2;
+    const Solution solution = SolveFrom(problem, problem.x0);
+    ASSERT_TRUE(solution.flow);
+    EXPECT_EQ(solution.switching_times.size(), 1u);
+    EXPECT_EQ(solution.flow->grazes, v < 1e-6) << v;
+  }
+}
 
 // 0 <= y ⟂ x - (1 while 1 < t < 2): x jumps to 1 at t = 1, whatever it was.
 TEST(FlowDerivativeTest, AJumpForgetsTheStateBefore) {

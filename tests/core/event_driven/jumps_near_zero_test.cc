@@ -35,7 +35,7 @@ class JumpsNearZeroTest : public ::testing::Test {
     stepper_ = std::make_shared<const ModeStepper>(*mode_, 0.1);
   }
   // What x1 = 0.1 (1 + s), known to 0.05, adds. It is that near for a quarter of the step.
-  ErrorGrowth::OverlookedByCause Of(bool y_is_lipschitz, bool begins_mode, double rounding = 0) {
+  OverlookedByCause Of(bool y_is_lipschitz, bool begins_mode, double rounding = 0) {
     SmoothStep step;
     step.stepper = stepper_;
     step.x = step.guard.values = LegendreSeries::Zero(2, kLegendreSize);
@@ -45,8 +45,8 @@ class JumpsNearZeroTest : public ::testing::Test {
     step.y = LegendreSeries::Zero(2, kLegendreSize);
     step.x_error.truncation = step.x_error.rounding = Vector::Zero(2);
     if (rounding > 0) step.guard.error.rounding[0] = 1e-12;
-    const ErrorGrowth::Overlooked none{Vector::Zero(2), Vector::Zero(2), Vector::Zero(2), Vector::Zero(2)};
-    ErrorGrowth::OverlookedByCause overlooked{none, none, none, none.y};
+    const Overlooked none{Vector::Zero(2), Vector::Zero(2), Vector::Zero(2), Vector::Zero(2)};
+    OverlookedByCause overlooked{none, none, none, none.y};
     JumpsNearZero jumps(problem_, Selection::kAny, y_is_lipschitz);
     const Vector truncation{{0.05 - rounding, 0}};
     problem_.f = problem_.g = TimeFunction::Constant(Vector{{2, 0}});
@@ -68,7 +68,7 @@ class JumpsNearZeroTest : public ::testing::Test {
 };
 
 TEST_F(JumpsNearZeroTest, AnErrorThatReachesZeroMayHaveSwitchedTheRelay) {
-  const ErrorGrowth::OverlookedByCause found = Of(false, false);
+  const OverlookedByCause found = Of(false, false);
   EXPECT_EQ(found.truncation.slope[0], 0);
   EXPECT_NEAR(found.truncation.slope[1], 7 * 0.25, 0.4);
   EXPECT_NEAR(found.with_signs.slope[1], -7 * 0.25, 0.4);
@@ -78,7 +78,7 @@ TEST_F(JumpsNearZeroTest, AnErrorThatReachesZeroMayHaveSwitchedTheRelay) {
 }
 
 TEST_F(JumpsNearZeroTest, RoundingIsCountedAsRounding) {
-  const ErrorGrowth::OverlookedByCause found = Of(false, false, 0.05);
+  const OverlookedByCause found = Of(false, false, 0.05);
   EXPECT_NEAR(found.rounding.slope[1], 7 * 0.25, 0.4);
   EXPECT_TRUE(found.truncation.slope.isZero(0));
 }

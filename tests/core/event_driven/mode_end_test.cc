@@ -251,15 +251,13 @@ class OverlookedTest : public ::testing::Test {
     step.guard.error.rounding[0] = noise;
     return step;
   }
-  ErrorGrowth::OverlookedByCause Of(const SmoothStep& step, double s_end = 1, double of_truncation = 0,
-                                    double of_rounding = 0) const {
+  OverlookedByCause Of(const SmoothStep& step, double s_end = 1, double of_truncation = 0,
+                       double of_rounding = 0) const {
     RepelledStarts repelled(1);
     return OverlookedEvents(problem_, step, {Vector::Constant(1, of_truncation), Vector::Constant(1, of_rounding)},
                             Magnitudes(problem_, {}, 1), s_end, kDuration, 1e-9, repelled);
   }
-  static bool IsNothing(const ErrorGrowth::Overlooked& of) {
-    return of.slope.isZero(0) && of.x.isZero(0) && of.y.isZero(0);
-  }
+  static bool IsNothing(const Overlooked& of) { return of.slope.isZero(0) && of.x.isZero(0) && of.y.isZero(0); }
   static void ExpectNear(const Vector& found, const Vector& expected) {
     ASSERT_EQ(found.size(), expected.size());
     for (Index i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 0.25 * std::abs(expected[i])) << i;
@@ -278,7 +276,7 @@ constexpr double kDipDepth = kDip * kDip, kDipMean = 2 * kDip * kDip * kDip / 3;
 
 TEST_F(OverlookedTest, ANegativeWMissedItsY) {
   Make(4, {});
-  const ErrorGrowth::OverlookedByCause found = Of(StepOf(DipOfGuard));
+  const OverlookedByCause found = Of(StepOf(DipOfGuard));
   ExpectNear(found.truncation.slope, kDipMean / 4 * Vector{{0.5, 3}});
   ExpectNear(found.with_signs.slope, kDipMean / 4 * Vector{{0.5, -3}});
   ExpectNear(found.truncation.y, Vector{{kDipDepth / 4}});
@@ -288,7 +286,7 @@ TEST_F(OverlookedTest, ANegativeWMissedItsY) {
 
 TEST_F(OverlookedTest, ANegativeYShouldBeZero) {
   Make(4, {0});
-  const ErrorGrowth::OverlookedByCause found = Of(StepOf(DipOfGuard));
+  const OverlookedByCause found = Of(StepOf(DipOfGuard));
   ExpectNear(found.truncation.slope, kDipMean * Vector{{0.5, 3}});
   ExpectNear(found.with_signs.slope, kDipMean * Vector{{0.5, -3}});
   EXPECT_TRUE(IsNothing(found.rounding));
@@ -296,7 +294,7 @@ TEST_F(OverlookedTest, ANegativeYShouldBeZero) {
 
 TEST_F(OverlookedTest, AYWithoutMKeepsXOnTheConstraint) {
   Make(0, {});
-  const ErrorGrowth::OverlookedByCause found = Of(StepOf(DipOfGuard));
+  const OverlookedByCause found = Of(StepOf(DipOfGuard));
   // The error of x makes w positive: N B = 0.1 by one of y.
   ExpectNear(found.truncation.x, kDipDepth / 0.1 * Vector{{0.5, 3}});
   ExpectNear(found.with_signs.x, kDipDepth / 0.1 * Vector{{0.5, -3}});
@@ -312,7 +310,7 @@ TEST_F(OverlookedTest, OnlyWhatIsBeforeTheEndCounts) {
 TEST_F(OverlookedTest, WhatComesNoNearerToZeroThanItsErrorIsNothing) {
   Make(4, {});
   const SmoothStep step = StepOf([](double s) { return 1e-2 + (s - 0.1) * (s - 0.1); });
-  for (const ErrorGrowth::OverlookedByCause& found : {Of(step), Of(step, 1, 0.9e-2), Of(step, 1, 0, 0.9e-2)}) {
+  for (const OverlookedByCause& found : {Of(step), Of(step, 1, 0.9e-2), Of(step, 1, 0, 0.9e-2)}) {
     EXPECT_TRUE(IsNothing(found.truncation));
     EXPECT_TRUE(IsNothing(found.with_signs));
     EXPECT_TRUE(IsNothing(found.rounding));
@@ -322,7 +320,7 @@ TEST_F(OverlookedTest, WhatComesNoNearerToZeroThanItsErrorIsNothing) {
 TEST_F(OverlookedTest, WhatComesNearerCountsAsItsCause) {
   Make(4, {});
   SmoothStep step = StepOf([](double s) { return 1e-2 + (s - 0.1) * (s - 0.1); });
-  const ErrorGrowth::OverlookedByCause by_truncation = Of(step, 1, 1.4e-2), by_rounding = Of(step, 1, 0, 1.4e-2);
+  const OverlookedByCause by_truncation = Of(step, 1, 1.4e-2), by_rounding = Of(step, 1, 0, 1.4e-2);
   ExpectNear(by_truncation.truncation.y, Vector{{0.4e-2 / 4}});
   EXPECT_TRUE(IsNothing(by_truncation.rounding));
   ExpectNear(by_rounding.rounding.y, Vector{{0.4e-2 / 4}});

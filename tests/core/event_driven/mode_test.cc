@@ -106,6 +106,18 @@ TEST(ModeTest, ConstrainsTheStateAsFarAsMIsSingular) {
   ExpectEquationsOf(problem, *mode, random);
 }
 
+// Rows of M_SS that differ in less than twelve digits do not determine y.
+TEST(ModeTest, ConstrainsTheStateWhereMIsSingularToTwelveDigits) {
+  LcpGenerator random(4);
+  Problem problem = RandomProblem(random, 3, 2);
+  for (const double difference : {8e-12, 2e-12}) {  // of condition 4 / difference
+    problem.M = Matrix{{1, 1}, {1, 1 + difference}};
+    const auto mode = MakeMode(problem, {0, 1});
+    ASSERT_TRUE(mode);
+    EXPECT_EQ(mode->num_algebraic, difference > 4e-12 ? 0 : 1) << difference;
+  }
+}
+
 // A small M makes fast states, not algebraic equations.
 TEST(ModeTest, ASmallMMakesFastStates) {
   LcpGenerator random(6);

@@ -197,14 +197,36 @@ TEST(SmoothStepTest, KnowsWhichStepResolvesALayer) {
     EXPECT_EQ(run.step.layer[1], 0);
     EXPECT_GT(run.step.error_ratio, 1e4);
     EXPECT_GE(run.step.layer_length, run.step.small_layer_length);
-    ASSERT_LT(run.step.layer_length, 100 / fast);
-    EXPECT_GT(run.step.layer_length, 1 / fast);
+    ASSERT_NEAR(run.step.layer_length * fast, 8, 1e-6);
     const SmoothRun resolved(problem, {}, run.step.layer_length);
     EXPECT_EQ(resolved.step.layer[0], 0);
     ExpectEstimatesOf(resolved, ErrorsInside(resolved.step.x, run.step.layer_length, [&](double t) {
                         return Vector{{1 + 2 * std::exp(-fast * t), 2 * std::exp(-t)}};
                       }));
   }
+}
+
+// A layer that is little more than allowed may be one of rounding.
+TEST(SmoothStepTest, ASmallLayerIsResolvedOnlyWhereAsked) {
+  for (const double ratio : {20.0, 50.0}) {
+    const Problem problem =
+        SmoothProblem(Matrix{{-1e6}}, Vector{{1 + ratio * kSmoothTolerance}}, {std::to_string(1e6)}, 1);
+    const SmoothRun run(problem, {}, 1);
+    EXPECT_NEAR(run.step.error_ratio, ratio, 0.1 * ratio);
+    EXPECT_NEAR(run.step.small_layer_length * 1e6, 8, 1e-6);
+    EXPECT_EQ(std::isinf(run.step.layer_length), ratio < 32);
+  }
+}
+
+// A state that starts at zero has no size yet: what counts is a millionth of what it may become.
+TEST(SmoothStepTest, TheRatioOfAStateThatIsStillSmallIsThatBesideWhatItMayBecome) {
+  const double ratio = SmoothDecay(6).step.error_ratio;
+  SmoothRun run = SmoothDecay(6);
+  run.problem.x0[0] = run.magnitudes.x[0] = 1e-12;
+  run.magnitudes.x_reach[0] = 1;
+  const SmoothStep small =
+      TakeSmoothStep(run.step.stepper, run.problem.x0, run.sources, run.magnitudes, kSmoothTolerance, 1, nullptr);
+  EXPECT_NEAR(small.error_ratio / ratio, 1e-6, 1e-8);
 }
 
 TEST(SmoothStepTest, TheRatioIsTheErrorBesideItsShareOfTheTolerance) {
@@ -424,13 +446,13 @@ TEST_F(ProjectTest, MovesAStateThatIsZeroByTheRoundingOfOthers) {
   SmoothRun run(problem_, std::vector<Index>{0}, 0.5);
   Magnitudes& magnitudes = run.magnitudes;
   magnitudes.x = Vector{{1, 0}};
-  magnitudes.x_noise = Vector{{1e-12, 0}};
+  magnitudes.rounding.bound = Vector{{1e-12, 0}};
   Vector x{{1 + 4e-13, 0}};
   ASSERT_TRUE(Project(*run.mode, run.sources, kSmoothTolerance, magnitudes, x));
   EXPECT_NEAR(x[1], 3 * (x[0] - 1 - 4e-13), 1e-15);
   EXPECT_NEAR(2 * x[0] + x[1], 2, 1e-15);
   // That rounding does not explain more.
-  magnitudes.x_noise = Vector{{1e-14, 0}};
+  magnitudes.rounding.bound = Vector{{1e-14, 0}};
   x = Vector{{1 + 4e-13, 0}};
   EXPECT_FALSE(Project(*run.mode, run.sources, kSmoothTolerance, magnitudes, x));
 }
