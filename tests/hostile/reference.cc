@@ -31,6 +31,7 @@ constexpr double kReportedZero = 1e-3;  // of a mode that is reported from a tim
 constexpr double kReportedZeroOfLargest = 1e-6;
 constexpr double kReportedTime = 1e-3;    // that a mode may end before, of its length, ...
 constexpr double kReportedMoment = 1e-9;  // ... and of T
+constexpr double kPassedOver = 1e-14;     // of T, modes that are reported for no longer
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kOutgrown = 1e40;
 
@@ -319,13 +320,17 @@ class Walk {
     return true;
   }
 
+  std::optional<unsigned> Reported(Real time) const {
+    return replay_->reported(ToDouble(time) + kPassedOver * system_.horizon);
+  }
+
   // The mode to follow from z_ at time_ on.
   std::shared_ptr<Mode> Next(unsigned before) {
     if (!replay_) {
       const auto followers = Followers(before, false);
       return followers.empty() ? nullptr : followers.front();
     }
-    if (const std::optional<unsigned> reported = replay_->reported(ToDouble(time_))) {
+    if (const std::optional<unsigned> reported = Reported(time_)) {
       const std::shared_ptr<Mode> mode = ModeOf(*reported);
       return mode && IsNonnegative(*mode) ? mode : nullptr;
     }
@@ -409,7 +414,7 @@ class Walk {
       bool decides = false;
       if (replay_) {
         for (const double decision : replay_->decisions) {
-          if (Real(decision) > time_ + Real(1e-14 * system_.horizon) && Real(decision) < end) {
+          if (Real(decision) > time_ + Real(kPassedOver * system_.horizon) && Real(decision) < end) {
             end = decision;
             decides = true;
             break;
@@ -420,7 +425,7 @@ class Walk {
       if (!result_.reason.empty()) return false;
       if (!crossed && !decides) return true;
       const unsigned before = crossed ? active_ ^ *crossed : active_;
-      if (crossed && replay_ && replay_->reported(ToDouble(begin)) && !ReachDecision(*mode, begin))
+      if (crossed && replay_ && Reported(begin) && !ReachDecision(*mode, begin))
         return Stop(Reference::Status::kNoMode, "the reported mode ends before the one behind it begins");
       held_ = active_;
       mode = Next(before);
