@@ -20,14 +20,10 @@
 namespace dlcs {
 namespace {
 
-// What is lost at events falls by leaps: only where steps of so much less error do not help is the rest rounding.
-constexpr double kFarLess = 1e-4;
-
 // Errors grow with the system: how much is known after the solve. The solve is repeated with as much less as it was
-// missed by; with far less where a little did not help.
+// missed by; with the least there is where that did not help, since what is lost at events falls by leaps.
 double NextTolerance(double tolerance, double excess, bool no_better) {
-  const double factor = 1 / (4 * excess);
-  return std::max(kUlp, tolerance * (no_better ? std::min(factor, kFarLess) : factor));
+  return no_better ? kUlp : std::max(kUlp, tolerance / (4 * excess));
 }
 
 // A solve that reached T, by steps of this tolerance. A later one may end before T, or lose more at its events.
@@ -66,7 +62,7 @@ Index WorkAt(double next, double before, Index work) {
 }  // namespace
 
 bool EventDriven(SolveContext& context) {
-  constexpr double kFirstByDefault = 0.1;  // a second solve would cost more than somewhat shorter steps
+  constexpr double kFirstByDefault = 0.1;  // a second solve costs more than shorter steps; EventDrivenTest feels it
   const double asked = context.options.error_tolerance;
   const double tolerance = asked > 0 ? asked : kDefaultEventTolerance;
   Solution& solution = context.solution;
@@ -98,7 +94,7 @@ bool EventDriven(SolveContext& context) {
     const bool was_cut = !reached;
     double excess = ExcessOfTruncation(record.errors, context.options, tolerance);
     const bool no_better = best && !(2 * excess < best->excess);
-    const bool is_final = best && reached && no_better && of_steps <= kFarLess * best->tolerance;
+    const bool is_final = best && reached && no_better && of_steps == kUlp;
     if (best && !context.stop.stop_requested() && !(reached && excess < best->excess)) {
       Restore(*best, context, record);
       reached = true;

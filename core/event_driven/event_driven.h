@@ -12,7 +12,7 @@
 namespace dlcs {
 
 // The error tolerance if the options set none, and the largest one: above it the estimates are not reliable.
-// EventDrivenTest feels the first.
+// EventDrivenTest feels both.
 inline constexpr double kDefaultEventTolerance = 1e-9;
 inline constexpr double kLargestEventTolerance = 0.1;
 

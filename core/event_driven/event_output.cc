@@ -46,10 +46,6 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   terms_ = terms_.cwiseMax(problem_.A.AbsTimes(x_begin.cwiseAbs()) + problem_.B.AbsTimes(y_begin.cwiseAbs()) +
                            sources.f.size);
 
-  // In a step this short x hardly moves, whatever is missed in it; it is taken at a jump or a kink, or x' is mostly
-  // rounding.
-  constexpr double kShortestMeasured = 1e-9;
-  if (end - sources.begin < kShortestMeasured * problem_.horizon) return;
   Measure(x, y, ValueOf(sources.g.values, at_end), active, at_nodes_, certificate_.node_complementarity);
   const LegendreVector at_check = LegendreValues(sources.check_s);
   const Vector x_check = ValueOf(step.x, at_check);
@@ -66,13 +62,6 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
       sources.f.error.rounding;
   const Vector missed = (ValueOf(step.x, slope_at) - slope).cwiseAbs() - rounding;
   RaiseRowMaxAbs(missed.cwiseMax(0), defect_);
-  // What stays zero is not zero to the last bit: a state is a sum of what it moves by, y of the terms that cancel in
-  // it.
-  constexpr double kOfTerms = 1e-8;
-  w_size_ = w_size_.cwiseMax(problem_.N.AbsTimes(kOfTerms * sources.length * slope_size_));
-  Vector of_y = Vector::Zero(y.size());
-  for (const Index i : active) of_y[i] = kOfTerms * step.guard.terms[i];
-  w_size_ = w_size_.cwiseMax(problem_.M.AbsTimes(of_y));
   certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
 }
 

@@ -76,7 +76,7 @@ void FlowDerivative::AddEvent(const Mode& mode, const SmoothStep& step, const St
                               Index guard) {
   // A guard that falls through its level by less than this part of its size in a whole step touches zero: the time of
   // the event is no smooth function of the state, and the derivative holds on one side at best.
-  constexpr double kTouches = 1e-6;
+  constexpr double kTouches = 1e-6;  // FlowDerivativeTest feels it
   const LegendreVector slope_at = LegendreSlopes(LegendreValues(s_end));
   const double fall = step.guard.values.row(guard).dot(slope_at);
   if (!(std::abs(fall) > kTouches * step.guard.values.row(guard).cwiseAbs().sum())) grazes_ = true;

@@ -177,8 +177,9 @@ struct ScaledFactors {
 
 // Each equation relative to its other terms.
 ScaledFactors ScaleFactors(const ModeEquations& equations, const DataSizes& sizes, double horizon) {
-  constexpr double kPreferred = 4096;  // the rows of M_SS, which keep the equations of the states as they are
-  constexpr double kFirst = 0x1p200;   // above all others
+  // The rows of M_SS, which keep the equations of the states as they are. ModeTest fails without.
+  constexpr double kPreferred = 4096;
+  static const double kFirst = std::sqrt(std::numeric_limits<double>::max());  // above all others
   const Index m = equations.of_x.cols(), k = equations.of_y.cols();
   const Vector terms = equations.of_x.cwiseAbs() * sizes.x + equations.of_g.cwiseAbs() * sizes.g +
                        equations.slope.cwiseAbs() * (sizes.f + sizes.x / horizon);

@@ -17,7 +17,7 @@
 
 namespace dlcs {
 
-// Below this reciprocal condition number a matrix does not determine y.
+// Below this reciprocal condition number a matrix does not determine y. ModeTest feels it.
 inline constexpr double kSingularY = 1e-12;
 
 // A linear function of state and sources: state · x + slope · x' + f · f + g · g. Empty matrices stand for zero.

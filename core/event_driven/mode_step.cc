@@ -14,7 +14,7 @@ namespace dlcs {
 namespace {
 
 constexpr Index K = kLegendreDegree;
-// A component with a larger |z| has a layer at the start of a step, and then follows the others.
+// A component with a larger |z| has a layer at the start of a step, and then follows the others. ModeStepTest feels it.
 constexpr double kFast = 20 * K;
 constexpr double Odd(Index k) { return static_cast<double>(2 * k + 1); }
 
@@ -338,8 +338,7 @@ Vector ModeStepper::Stiffness(const Vector& size) const {
 ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source,
                                          const Vector& source_noise, const SlopeOfSource& slope) const {
   constexpr Index kOperations = 8;
-  constexpr int kMaxCorrections = 6, kMaxSteadyCorrections = 16;
-  constexpr double kSteady = 1.0 / 8;  // of the change before; PlainSystems feels it
+  constexpr int kMaxCorrections = 16;
   const bool is_explicit = mode_->is_explicit();
   LegendreSeries integral = half_ * Integral(source);
   integral.col(0) = start;
@@ -351,9 +350,8 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   for (const Index i : solution.unreached) x.row(i).setZero();
   solution.uncertainty = Vector::Zero(start.size());
   const Vector given_to_rows = integral.rightCols(K).cwiseAbs().rowwise().sum();
-  int most = kMaxCorrections;
   LegendreSeries missing = Missing(x, integral, start);
-  for (int correction = 0; correction < most; ++correction) {
+  for (int correction = 0; correction < kMaxCorrections; ++correction) {
     const Vector size = x.cwiseAbs().rowwise().sum();
     const Vector of_states = RoundingOf(kOperations) * (start.cwiseAbs() + size);
     const Vector of_rows =
@@ -383,10 +381,6 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
     x += change;
     for (const Index i : solution.unreached) x.row(i).setZero();
     missing = Missing(x, integral, start);
-    if (correction > 0 &&
-        (changed.array() <= kSteady * solution.uncertainty.array() + RoundingOf(kOperations) * size.array()).all()) {
-      most = kMaxSteadyCorrections;
-    }
     solution.uncertainty = changed;
   }
   solution.left = States(SolveIntegrated(missing));

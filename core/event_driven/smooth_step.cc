@@ -56,6 +56,7 @@ struct StatesAndGuards {
 };
 
 // What starts at zero, or is a small difference, is not compared with less than this part of what it may become.
+// SmoothStepTest feels it.
 constexpr double kLeastPart = 1e-6;
 
 // For the given sizes and rounding errors of them.
@@ -79,6 +80,7 @@ double ErrorRatio(const SmoothStep& step, const Allowed& allowed) {
 // Sets the lengths that resolve the given parts of layers. A layer that is little more than allowed may be one of
 // rounding, of which shorter steps have more.
 void SetLayerLengths(const Mode& mode, const Eigen::VectorXcd& parts, const Allowed& allowed, SmoothStep& step) {
+  // SmoothStepTest feels both.
   constexpr double kResolved = 8;  // times in which a fast state settles, on one step
   constexpr double kClearlyMore = 32;
   for (Index j = 0; j < parts.size(); ++j) {

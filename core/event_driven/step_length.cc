@@ -72,7 +72,7 @@ void StepLength::RaiseTo(double length) { length_ = std::max(length_, length); }
 
 // A part of the horizon, or of the time in which the fastest part of the mode acts; t is known to its rounding only.
 double StepLength::Shortest(double t, const Mode* mode, double part) const {
-  constexpr double kPartOfRate = 0.01;
+  constexpr double kPartOfRate = 0.01;  // StepLengthTest feels it
   const double acts = mode && mode->rate > 0 ? kPartOfRate / mode->rate : horizon_;
   return std::max(RoundingOf(16) * t, part * std::min(kShortestStep * horizon_, acts));
 }

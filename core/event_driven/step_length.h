@@ -51,9 +51,10 @@ class StepLength {
 };
 
 // Steps that are shorter than this part of the horizon are not worth a collocation, nor a step of first order.
+// StepLengthTest feels it.
 inline constexpr double kShortestStep = 1e-12;
 
-// Before or behind an event, as a part of its time.
+// Before or behind an event, as a part of its time. StepLengthTest feels it.
 inline constexpr double kNear = 1e-4;
 
 // The part of the tolerance that a step of this length gets: error control never requires less than 2 %.

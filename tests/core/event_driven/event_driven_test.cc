@@ -250,6 +250,65 @@ TEST(EventDrivenTest, JumpsOntoTheConstraintsAndSlidesThere) {
 }
 
 // λ = -1e6: x follows cos 3t to 1e-6 while w > 0. Steps follow the slow solution.
+// Errors grow by e^10, and beside sin(40 t) there are many steps: a first solve for all of the default error would be
+// followed by another one.
+TEST(EventDrivenTest, SolvesOnceByDefaultWhereErrorsGrow) {
+  Problem problem;
+  problem.A = Matrix{{10}};
+  problem.B = Matrix::Zero(1, 1);
+  problem.N = Matrix::Ones(1, 1);
+  problem.M = Matrix::Ones(1, 1);
+  problem.f = TimeFunction::Formulas({"40*cos(40*t) - 10*sin(40*t)"});
+  problem.g = TimeFunction::Constant(Vector{{10}});
+  problem.x0 = Vector{{0}};
+  problem.horizon = 1;
+  const Solution solution = testing::SolveForEnd(problem);
+  EXPECT_EQ(solution.method, Method::kEventDriven);
+  EXPECT_EQ(solution.cost.solves, 1);
+  EXPECT_NEAR(LastState(solution)[0], std::sin(40), 1e-6);
+}
+
+// An error of all of a component asks for no more than steps of 10 %.
+TEST(EventDrivenTest, NoStepIsWorseThanATenth) {
+  const Problem problem = ExampleFourOne();
+  EXPECT_EQ(LastState(SolveAt(problem, 0.9)), LastState(SolveAt(problem, 0.1)));
+}
+
+// 12 million oscillations a unit of time, in 0.0025 of it: 10,000 steps that hardly advance are no reason to give up.
+TEST(EventDrivenTest, PassesManyShortSteps) {
+  Problem problem;
+  problem.A = Matrix{{-1}};
+  problem.B = Matrix::Zero(1, 1);
+  problem.N = Matrix::Ones(1, 1);
+  problem.M = Matrix::Ones(1, 1);
+  problem.f = TimeFunction::Formulas({"sin(2*pi*12e6*t)*(t < 0.0025)"});
+  problem.g = TimeFunction::Constant(Vector{{10}});
+  problem.x0 = Vector{{1}};
+  problem.horizon = 1;
+  const Solution solution = SolveAt(problem, 1e-4);
+  ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+  EXPECT_GT(solution.cost.steps, 9000);
+  EXPECT_NEAR(LastState(solution)[0], std::exp(-1), 1e-7);
+}
+
+// y = max(0, -sin(w t)) for 200 periods of 4e-6 T: such modes are short, and do not accumulate.
+TEST(EventDrivenTest, PassesManyShortModes) {
+  Problem problem;
+  problem.A = Matrix{{0}};
+  problem.B = Matrix::Ones(1, 1);
+  problem.N = Matrix::Zero(1, 1);
+  problem.M = Matrix::Ones(1, 1);
+  problem.f = TimeFunction::Zero(1);
+  problem.g = TimeFunction::Formulas({"sin(pi*5e5*t)*(t < 8e-4) + (t >= 8e-4)"});
+  problem.x0 = Vector{{0}};
+  problem.horizon = 1;
+  const Solution solution = SolveAt(problem, 1e-6);
+  ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+  EXPECT_EQ(solution.cost.coupled_steps, 0);
+  EXPECT_GE(SwitchesOf(solution).size(), 399u);
+  EXPECT_NEAR(LastState(solution)[0], 8e-4 / std::numbers::pi, 1e-6 * 8e-4);
+}
+
 TEST(EventDrivenTest, TakesLongStepsOnStiffModes) {
   Problem problem = Scalar(-1e6, 2, 1, 2);
   problem.f = TimeFunction::Formulas({"1e6*cos(3*t)-3*sin(3*t)"});
