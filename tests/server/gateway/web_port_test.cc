@@ -727,12 +727,12 @@ TEST(WebPortProcessTest, AThousandIdleWatchersAreCheap) {
   const auto post = [&](const std::string& path, const std::string& body) {
     return HttpCall{.method = "POST", .path = path, .headers = {{"content-type", "application/json"}}, .body = body};
   };
-  // The second of two jobs waits for the first.
+  // The second of two jobs waits for the first, which has fewer steps than fill the memory that is looked at.
   std::string name;
   for (const char* id : {"first", "second"}) {
     v1::CreateSolveJobRequest request;
-    *request.mutable_solve() = testing::SteppingRequest(10'000'000);
-    request.mutable_solve()->mutable_options()->add_output_times(1);
+    *request.mutable_solve() = testing::EndlessRequest();
+    request.mutable_solve()->mutable_options()->set_steps(1'000'000);
     request.set_request_id(id);
     const HttpAnswer created = Fetch(address, post("/dlcs.v1.JobService/CreateSolveJob", ToJson(request)));
     ASSERT_EQ(created.status, 200) << created.body;
