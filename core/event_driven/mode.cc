@@ -179,7 +179,7 @@ struct ScaledFactors {
 ScaledFactors ScaleFactors(const ModeEquations& equations, const DataSizes& sizes, double horizon) {
   // The rows of M_SS, which keep the equations of the states as they are. ModeTest fails without.
   constexpr double kPreferred = 4096;
-  static const double kFirst = std::sqrt(std::numeric_limits<double>::max());  // above all others
+  const double kFirst = std::sqrt(std::numeric_limits<double>::max());  // above all others
   const Index m = equations.of_x.cols(), k = equations.of_y.cols();
   const Vector terms = equations.of_x.cwiseAbs() * sizes.x + equations.of_g.cwiseAbs() * sizes.g +
                        equations.slope.cwiseAbs() * (sizes.f + sizes.x / horizon);

@@ -270,7 +270,9 @@ TEST(EventDrivenTest, SolvesOnceByDefaultWhereErrorsGrow) {
 
 // An error of all of a component asks for no more than steps of 10 %.
 TEST(EventDrivenTest, NoStepIsWorseThanATenth) {
-  const Problem problem = ExampleFourOne();
+  Problem problem = Scalar(-1, 0, 1, 3);
+  problem.f = TimeFunction::Formulas({"40*sin(40*t)"});
+  problem.g = TimeFunction::Constant(Vector{{100}});
   EXPECT_EQ(LastState(SolveAt(problem, 0.9)), LastState(SolveAt(problem, 0.1)));
 }
 
