@@ -237,7 +237,7 @@ void ErrorGrowth::AddInside(const Vector& of_w) {
 }
 
 ErrorBounds ErrorGrowth::InGuards(const Mode& mode) const {
-  const SignedErrorBounds sizes = SampledErrors::SizesOf(errors_.In(mode.guard, false));
+  const SignedErrorBounds sizes = SampledErrors::SizesOf(mode.guard.state * errors_.values());
   return {sizes.Truncation(), sizes.rounding};
 }
 
@@ -274,7 +274,7 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slo
 // The errors of linear functions of the solution at the end of the step, and their own.
 SignedErrorBounds ErrorGrowth::InRows(const LinearOutput& output, const StepRows& rows, const LegendreVector& slope_at,
                                       const Eigen::RowVectorXd& shifts, const Matrix& left_inside) const {
-  Matrix of_x = errors_.In(output, true);
+  Matrix of_x = errors_.In(output);
   Shrink(ValueOf(rows.values, slope_at), shifts, of_x);
   SignedErrorBounds errors = SampledErrors::SizesOf(of_x);
   errors.truncation += rows.error.truncation;

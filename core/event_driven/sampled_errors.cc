@@ -149,9 +149,9 @@ void SampledErrors::AddRoundingOfOneSign(const Vector& change, const Vector& siz
   values_.col(2) += SignsOfRounding(1, steps_)[0] * change;
 }
 
-Matrix SampledErrors::In(const LinearOutput& output, bool with_slopes) const {
+Matrix SampledErrors::In(const LinearOutput& output) const {
   Matrix errors = output.state * values_;
-  if (with_slopes && output.slope.size() > 0) errors += output.slope * slopes_;
+  if (output.slope.size() > 0) errors += output.slope * slopes_;
   return errors;
 }
 

@@ -56,8 +56,8 @@ class SampledErrors {
 
   // One error a column.
   const Matrix& values() const { return values_; }
-  // In a linear function of the state, and of x' if `with_slopes`.
-  Matrix In(const LinearOutput& output, bool with_slopes) const;
+  // In a linear function of the state, and of x'.
+  Matrix In(const LinearOutput& output) const;
   // The same of one row, for one error.
   double In(const LinearOutput& output, Index row, Index error) const;
   // The sizes of errors in columns; rounding is the largest sample.

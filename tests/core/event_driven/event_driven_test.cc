@@ -249,19 +249,11 @@ TEST(EventDrivenTest, JumpsOntoTheConstraintsAndSlidesThere) {
   }
 }
 
-// λ = -1e6: x follows cos 3t to 1e-6 while w > 0. Steps follow the slow solution.
 // Errors grow by e^10, and beside sin(40 t) there are many steps: a first solve for all of the default error would be
 // followed by another one.
 TEST(EventDrivenTest, SolvesOnceByDefaultWhereErrorsGrow) {
-  Problem problem;
-  problem.A = Matrix{{10}};
-  problem.B = Matrix::Zero(1, 1);
-  problem.N = Matrix::Ones(1, 1);
-  problem.M = Matrix::Ones(1, 1);
+  Problem problem = Scalar(10, 10, 0, 1);
   problem.f = TimeFunction::Formulas({"40*cos(40*t) - 10*sin(40*t)"});
-  problem.g = TimeFunction::Constant(Vector{{10}});
-  problem.x0 = Vector{{0}};
-  problem.horizon = 1;
   const Solution solution = testing::SolveForEnd(problem);
   EXPECT_EQ(solution.method, Method::kEventDriven);
   EXPECT_EQ(solution.cost.solves, 1);
@@ -270,23 +262,15 @@ TEST(EventDrivenTest, SolvesOnceByDefaultWhereErrorsGrow) {
 
 // An error of all of a component asks for no more than steps of 10 %.
 TEST(EventDrivenTest, NoStepIsWorseThanATenth) {
-  Problem problem = Scalar(-1, 0, 1, 3);
+  Problem problem = Scalar(-1, 100, 1, 3);
   problem.f = TimeFunction::Formulas({"40*sin(40*t)"});
-  problem.g = TimeFunction::Constant(Vector{{100}});
   EXPECT_EQ(LastState(SolveAt(problem, 0.9)), LastState(SolveAt(problem, 0.1)));
 }
 
 // 12 million oscillations a unit of time, in 0.0025 of it: 10,000 steps that hardly advance are no reason to give up.
 TEST(EventDrivenTest, PassesManyShortSteps) {
-  Problem problem;
-  problem.A = Matrix{{-1}};
-  problem.B = Matrix::Zero(1, 1);
-  problem.N = Matrix::Ones(1, 1);
-  problem.M = Matrix::Ones(1, 1);
+  Problem problem = Scalar(-1, 10, 1, 1);
   problem.f = TimeFunction::Formulas({"sin(2*pi*12e6*t)*(t < 0.0025)"});
-  problem.g = TimeFunction::Constant(Vector{{10}});
-  problem.x0 = Vector{{1}};
-  problem.horizon = 1;
   const Solution solution = SolveAt(problem, 1e-4);
   ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   EXPECT_GT(solution.cost.steps, 9000);
@@ -295,15 +279,9 @@ TEST(EventDrivenTest, PassesManyShortSteps) {
 
 // y = max(0, -sin(w t)) for 200 periods of 4e-6 T: such modes are short, and do not accumulate.
 TEST(EventDrivenTest, PassesManyShortModes) {
-  Problem problem;
-  problem.A = Matrix{{0}};
-  problem.B = Matrix::Ones(1, 1);
+  Problem problem = Scalar(0, 0, 0, 1);
   problem.N = Matrix::Zero(1, 1);
-  problem.M = Matrix::Ones(1, 1);
-  problem.f = TimeFunction::Zero(1);
   problem.g = TimeFunction::Formulas({"sin(pi*5e5*t)*(t < 8e-4) + (t >= 8e-4)"});
-  problem.x0 = Vector{{0}};
-  problem.horizon = 1;
   const Solution solution = SolveAt(problem, 1e-6);
   ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   EXPECT_EQ(solution.cost.coupled_steps, 0);
@@ -311,6 +289,7 @@ TEST(EventDrivenTest, PassesManyShortModes) {
   EXPECT_NEAR(LastState(solution)[0], 8e-4 / std::numbers::pi, 1e-6 * 8e-4);
 }
 
+// λ = -1e6: x follows cos 3t to 1e-6 while w > 0. Steps follow the slow solution.
 TEST(EventDrivenTest, TakesLongStepsOnStiffModes) {
   Problem problem = Scalar(-1e6, 2, 1, 2);
   problem.f = TimeFunction::Formulas({"1e6*cos(3*t)-3*sin(3*t)"});

@@ -11,6 +11,7 @@
 #include "core/linalg/norms.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
+#include "tests/support/problems.h"
 #include "tests/support/random_matrix.h"
 
 namespace dlcs {
@@ -126,15 +127,9 @@ INSTANTIATE_TEST_SUITE_P(All, FlowDerivativeCasesTest,
 // w = (1 - t)^3 + v (1 - t) falls through zero with the speed v: for small v it touches zero first.
 TEST(FlowDerivativeTest, NotesAnEventThatNearlyTouches) {
   for (const double v : {3e-6, 3e-7}) {
-    Problem problem;
-    problem.A = Matrix::Zero(1, 1);
+    Problem problem = testing::Scalar(0, 0, 1 + v, 2);
     problem.B = Matrix::Zero(1, 1);
-    problem.N = Matrix::Ones(1, 1);
-    problem.M = Matrix::Ones(1, 1);
     problem.f = TimeFunction::Formulas({"-3*(1 - t)^2 - " + FormatNumber(v)});
-    problem.g = TimeFunction::Zero(1);
-    problem.x0 = Vector{{1 + v}};
-    problem.horizon = 2;
     const Solution solution = SolveFrom(problem, problem.x0);
     ASSERT_TRUE(solution.flow);
     EXPECT_EQ(solution.switching_times.size(), 2u);  // with the start

@@ -306,15 +306,9 @@ TEST(ModeStepTest, StaysOnTheSlowSolutionOfStiffEquations) {
 // What does not start where it settles leaves a layer on a step that is twenty times the degree longer than that takes.
 TEST(ModeStepTest, KnowsALayerWhereTheStepIsFarTooLong) {
   for (const double z : {220.0, 260.0}) {
-    Problem problem;
-    problem.A = Matrix{{-2 * z}};
-    problem.B = Matrix::Zero(1, 1);
-    problem.N = Matrix::Ones(1, 1);
-    problem.M = Matrix::Ones(1, 1);
-    problem.horizon = 1;
-    const auto mode = MakeMode(problem, {});
+    const Mode mode = ModeOf(Matrix{{-2 * z}});
     const ModeStepper::Solution step =
-        ModeStepper(*mode, 1).Solve(Vector{{1}}, LegendreSeries::Zero(1, kLegendreSize), Vector{{0}});
+        ModeStepper(mode, 1).Solve(Vector{{1}}, LegendreSeries::Zero(1, kLegendreSize), Vector{{0}});
     if (z < 240) {
       EXPECT_EQ(step.layer[0], 0);
     } else {

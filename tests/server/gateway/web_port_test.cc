@@ -727,7 +727,7 @@ TEST(WebPortProcessTest, AThousandIdleWatchersAreCheap) {
   const auto post = [&](const std::string& path, const std::string& body) {
     return HttpCall{.method = "POST", .path = path, .headers = {{"content-type", "application/json"}}, .body = body};
   };
-  // The second of two jobs waits for the first, which has fewer steps than fill the memory that is looked at.
+  // The second of two jobs waits for the first, whose grid is small beside the memory that is allowed.
   std::string name;
   for (const char* id : {"first", "second"}) {
     v1::CreateSolveJobRequest request;
