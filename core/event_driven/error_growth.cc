@@ -302,14 +302,16 @@ TrajectoryErrors ErrorGrowth::Errors(const Magnitudes& sizes) const {
   const Vector y_sizes = (sizes.y.array() == 0).select(overlooked_y_, sizes.y);
   TrajectoryErrors errors{by_cause(sizes.x, x_), by_cause(y_sizes, y_), by_cause(sizes.w, w_),
                           by_cause(sizes.outputs, outputs_)};
-  // y_i and w_i are the two sides of one number, of which one that is always zero has an ulp, as w_i has of N x. What
-  // is exactly zero remains so.
+  // y_i and w_i are the two sides of one number, of which one that is always zero has an ulp, as w_i has of N x. Where
+  // both are, that ulp decides which of them is zero. What is exactly zero remains so.
   for (Index i = 0; i < sizes.y.size(); ++i) {
     const double M = std::max(0.0, problem_.M.Dense()(i, i));
-    if (M > 0 && sizes.y[i] == 0 && errors.y.truncation[i] > 0) errors.y.rounding[i] += kUlp * sizes.w[i] / M;
-    if (sizes.w[i] == 0 && errors.w.truncation[i] > 0) {
-      errors.w.rounding[i] += kUlp * (sizes.y[i] * M + problem_.N.Dense().row(i).cwiseAbs().dot(sizes.x));
-    }
+    const double of_terms = kUlp * problem_.N.Dense().row(i).cwiseAbs().dot(sizes.x);
+    const bool are_zero = sizes.y[i] == 0 && sizes.w[i] == 0;
+    if (M > 0 && sizes.y[i] == 0 && (are_zero || errors.y.truncation[i] > 0))
+      errors.y.rounding[i] += (are_zero ? of_terms : kUlp * sizes.w[i]) / M;
+    if (sizes.w[i] == 0 && (are_zero || errors.w.truncation[i] > 0))
+      errors.w.rounding[i] += kUlp * sizes.y[i] * M + of_terms;
   }
   return errors;
 }

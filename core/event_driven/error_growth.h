@@ -39,6 +39,8 @@ class ErrorGrowth {
   void AddRounding(const Vector& amount) { errors_.AddRounding(amount); }
   // The errors so far in the guards of `mode`.
   ErrorBounds InGuards(const Mode& mode) const;
+  // Samples of those of x, one a column.
+  const Matrix& Samples() const { return errors_.values(); }
   // Those of each state, both causes together.
   Vector InState() const;
   // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.

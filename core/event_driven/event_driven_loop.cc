@@ -475,6 +475,7 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   t_ = end;
   magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * legendre_at_samples_.transpose()).cwiseAbs().rowwise().maxCoeff());
   magnitudes_.rounding = step_.rounding;
+  magnitudes_.errors = errors_.Samples();
   const Vector guards = (step_.guard.values * legendre_at_samples_.transpose()).rowwise().maxCoeff().cwiseMax(0);
   w_ = ValueOf(step_.guard.values, at).cwiseMax(0);
   for (Index i = 0; i < guards.size(); ++i) {
@@ -585,6 +586,7 @@ bool EventDrivenLoop::TakeCoupledSteps(double end) {
     magnitudes_.x = magnitudes_.x.cwiseMax(x_.cwiseAbs());
     magnitudes_.rounding.bound = step.noise;
     magnitudes_.rounding.samples.colwise() = step.noise;
+    magnitudes_.errors = errors_.Samples();
     ++record_.coupled_steps;
   }
   coupled_steps_.EndBurst();

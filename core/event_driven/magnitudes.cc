@@ -59,7 +59,8 @@ Magnitudes::Magnitudes(const Problem& problem, const Options& options, double to
       x_given(AbsoluteTolerances(options, ComponentKind::kState, problem.num_states()) / tolerance),
       y_given(AbsoluteTolerances(options, ComponentKind::kPair, problem.num_constraints()) / tolerance),
       w_given(AbsoluteTolerances(options, ComponentKind::kSlack, problem.num_constraints()) / tolerance),
-      rounding(problem.num_states()) {}
+      rounding(problem.num_states()),
+      errors(problem.num_states(), 0) {}
 
 void Magnitudes::RaiseReach(const Matrix& dynamics, double rate, const Vector& f_size) {
   x_reach = x;

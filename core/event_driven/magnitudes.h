@@ -64,6 +64,8 @@ struct Magnitudes {
   double allowed_rounding = 1;
   // That of the step before. In a fast state it decays at once, in a boundary layer that does not count as an error.
   StateRounding rounding;
+  // Samples of the errors of x at the start of the step, one a column; none at 0.
+  Matrix errors;
 };
 
 }  // namespace dlcs

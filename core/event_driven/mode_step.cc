@@ -409,8 +409,11 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   }
   if (!is_explicit) {
     AddSlope(c, source, source_noise, solution);
+    // Algebraic equations move states by the rounding of their sources.
+    const Vector of_sources = kUlp * SizeOfRows(source) + source_noise;
     const Vector x_noise = RoundingOf(kOperations) * (start.cwiseAbs() + size) + solution.uncertainty +
-                           solution.kept_layer + solution.last_noise;
+                           solution.kept_layer + solution.last_noise +
+                           AbsTimes(mode_->correction, of_sources.tail(mode_->num_algebraic));
     RefineSlope(source, source_noise, slope, x_noise, solution);
     for (const Index i : solution.unreached) solution.slope.row(i).setZero();
   }
@@ -477,6 +480,29 @@ Vector ModeStepper::LastOfStarts(const Eigen::Ref<const Matrix>& starts) const {
     largest = largest.cwiseMax(RowMaxAbs((mode_->form.vectors * c.rightCols<2>()).real()));
   }
   return largest;
+}
+
+Eigen::VectorXcd ModeStepper::SlopesOfLayers(const Eigen::VectorXcd& parts, const Eigen::Ref<const Vector>& start,
+                                             const Eigen::Ref<const Matrix>& errors) const {
+  const PencilForm& form = mode_->form;
+  const Eigen::MatrixXcd from = form.inverse * errors;
+  const Eigen::MatrixX2cd no_source = Eigen::MatrixX2cd::Zero(parts.size(), 2);
+  Vector of_errors = kUlp * (SizesOf(form.inverse) * start.cwiseAbs());
+  ComplexSeries c(parts.size(), kLegendreSize);
+  for (Index e = 0; e < errors.cols(); ++e) {
+    c.setZero();
+    c.col(0) = from.col(e);
+    SolveTriangle(c);
+    of_errors = of_errors.cwiseMax(LayersOf(c, no_source, OfRounding::kToo).cwiseAbs());
+  }
+  Eigen::VectorXcd slopes = Eigen::VectorXcd::Zero(parts.size());
+  for (Index j = 0; j < parts.size(); ++j) {
+    const double size = std::abs(parts[j]);
+    if (form.Slope(j, j) == 0.0 || size <= of_errors[j]) continue;
+    // P_K - P_{K-1} is 2 at the start.
+    slopes[j] = scalars_[j].z / half_ * (2 * (1 - of_errors[j] / size)) * parts[j];
+  }
+  return slopes;
 }
 
 void ModeStepper::KeepResponses() {

@@ -95,6 +95,12 @@ class ModeStepper {
   // start that a fast state has to settle from.
   Vector LastOfStarts(const Eigen::Ref<const Matrix>& starts) const;
 
+  // The slopes at the start of the layers `parts` (Solution::layer_parts), for each component of the triangular form:
+  // of what they are beyond what an ulp of `start`, and the errors of it in the columns of `errors`, make. Algebraic
+  // components have none.
+  Eigen::VectorXcd SlopesOfLayers(const Eigen::VectorXcd& parts, const Eigen::Ref<const Vector>& start,
+                                  const Eigen::Ref<const Matrix>& errors) const;
+
   // Makes the looks, and the end as one position, products with kept matrices from now on, as pays where a step is
   // taken many times. Does nothing for more than a few states, and where a component is fast, since what is a layer is
   // no linear function.

@@ -79,15 +79,18 @@ double ErrorRatio(const SmoothStep& step, const Allowed& allowed) {
 
 // Sets the lengths that resolve the given parts of layers. A layer that is little more than allowed may be one of
 // rounding, of which shorter steps have more.
-void SetLayerLengths(const Mode& mode, const Eigen::VectorXcd& parts, const Allowed& allowed, SmoothStep& step) {
+void SetLayerLengths(const Mode& mode, const Eigen::VectorXcd& parts, const Eigen::VectorXcd& slopes,
+                     const Allowed& allowed, SmoothStep& step) {
   // SmoothStepTest feels both.
   constexpr double kResolved = 8;  // times in which a fast state settles, on one step
   constexpr double kClearlyMore = 32;
   for (Index j = 0; j < parts.size(); ++j) {
     if (parts[j] == 0.0 || mode.form.Slope(j, j) == 0.0) continue;
     const Vector missed = 2 * (mode.form.vectors.col(j) * parts[j]).cwiseAbs();
-    const double ratio =
-        std::max(LargestRatio(missed, allowed.layer), LargestRatio(AbsTimes(mode.guard.state, missed), allowed.guard));
+    Vector in_guards = AbsTimes(mode.guard.state, missed);
+    if (slopes.size() > 0)
+      in_guards += AbsTimes(mode.guard.slope, Vector((mode.form.vectors.col(j) * slopes[j]).cwiseAbs()));
+    const double ratio = std::max(LargestRatio(missed, allowed.layer), LargestRatio(in_guards, allowed.guard));
     const double length = kResolved / std::abs(mode.form.triangle(j, j) / mode.form.Slope(j, j));
     if (ratio > 1) step.small_layer_length = std::min(step.small_layer_length, length);
     if (ratio > kClearlyMore) step.layer_length = std::min(step.layer_length, length);
@@ -301,6 +304,13 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   errors.OfRows(RowMaxAbs(b) + 1 / kUlp * noise_of_sources);
   errors.OfStates();
   Vector lift = 2 * mode.guard.state * solution.layer;
+  Eigen::VectorXcd slopes_of_layers;
+  if (mode.guard.slope.size() > 0 && solution.layer_parts.size() > 0) {
+    Matrix errors_of_start(start.size(), magnitudes.rounding.samples.cols() + magnitudes.errors.cols());
+    errors_of_start << magnitudes.rounding.samples, magnitudes.errors;
+    slopes_of_layers = step.stepper->SlopesOfLayers(solution.layer_parts, start, errors_of_start);
+    lift += mode.guard.slope * (mode.form.vectors * slopes_of_layers).real();
+  }
   errors.OfLinearRows(mode.guard, lift, step.guard);
   if (mode.outputs.state.rows() > 0) {
     errors.OfLinearRows(mode.outputs, 2 * mode.outputs.state * solution.layer, step.outputs);
@@ -313,8 +323,7 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
                     magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
   step.guard_allowed = allowed.guard;
-  if (step.error_ratio > 1) SetLayerLengths(mode, solution.layer_parts, allowed, step);
-  if (mode.guard.slope.size() > 0) lift += 2 * mode.guard.slope * (mode.dynamics * solution.layer);
+  if (step.error_ratio > 1) SetLayerLengths(mode, solution.layer_parts, slopes_of_layers, allowed, step);
   step.guard_level = GuardLevels(mode, step, guard_size, tolerance, gap, lift);
   return step;
 }

@@ -331,7 +331,10 @@ class Walk {
       return followers.empty() ? nullptr : followers.front();
     }
     if (const std::optional<unsigned> reported = Reported(time_)) {
-      const std::shared_ptr<Mode> mode = ModeOf(*reported);
+      std::shared_ptr<Mode> mode = ModeOf(*reported);
+      if (mode && IsNonnegative(*mode)) return mode;
+      // The one that would be passed over may be needed.
+      mode = ModeOf(*replay_->reported(ToDouble(time_)));
       return mode && IsNonnegative(*mode) ? mode : nullptr;
     }
     const auto followers = Followers(before, true);

@@ -345,6 +345,32 @@ TEST(SmoothStepTest, AMultiplierThatHoldsAConstraintIsASlope) {
   }
 }
 
+// x1 + x2 = 0 by a pair that moves x1, and x2 follows x3 = exp(-t) at the rate 1e8. So y = -x2', which is exp(-t), and
+// larger by rate times what x2 starts above that.
+TEST(SmoothStepTest, ALayerLiftsAMultiplierByItsSlope) {
+  constexpr double kRate = 1e8, kOff = 1e-9;
+  constexpr double kStart = kRate / (kRate - 1) + kOff;
+  Problem problem =
+      SmoothProblem(Matrix{{0, 0, 0}, {0, -kRate, kRate}, {0, 0, -1}}, Vector{{-kStart, kStart, 1}}, {}, 1);
+  problem.B = Matrix{{1}, {0}, {0}};
+  problem.N = Matrix{{1, 1, 0}};
+  problem.M = Matrix{{0}};
+  problem.g = TimeFunction::Zero(1);
+  const SmoothRun run(problem, {0}, 1);
+  EXPECT_NEAR(run.step.guard.error.truncation[0], kRate * kOff, 0.01 * kRate * kOff);
+  ASSERT_NEAR(run.step.layer_length * kRate, 8, 1e-6);
+  const SmoothRun resolved(problem, {0}, run.step.layer_length);
+  EXPECT_LE(resolved.step.error_ratio, 1);
+  EXPECT_NEAR(ValueOf(resolved.step.guard.values, LegendreValues(-1))[0], 1 + kRate * kOff, 1e-6);
+  // What x is off by when the step starts is no layer of the solution.
+  Magnitudes known = run.magnitudes;
+  known.errors = Vector{{-kOff, kOff, 0}};
+  const SmoothStep step =
+      TakeSmoothStep(run.step.stepper, problem.x0, run.sources, known, kSmoothTolerance, 1, nullptr);
+  EXPECT_LE(step.guard.error.truncation[0], 1e-3 * kRate * kOff);
+  EXPECT_LE(step.error_ratio, 1);
+}
+
 TEST(SmoothStepTest, AGapRaisesTheLevelsByWhatItMakesOfTheGuards) {
   const SmoothRun run(SmoothProblem(-Matrix::Identity(2, 2), Vector{{1, 2}}, {}, 1), {}, 1);
   const EventGap gap{Vector{{1e-3, 2e-3}}, Vector::Zero(2), Vector{{5e-3}}};

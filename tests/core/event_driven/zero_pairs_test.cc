@@ -98,6 +98,33 @@ TEST(ZeroPairsTest, AGuardIsZeroBesideY) {
   }
 }
 
+// N x0 + g is an ulp of its terms above or below zero, which a solve may take for zero: w or y is that ulp.
+TEST(ZeroPairsTest, NamesTheSideOfAPairThatRoundingDecides) {
+  for (const double scale : {1.0, 1e-6, 1e6}) {
+    for (const double side : {-1.0, 1.0}) {
+      Problem problem;
+      problem.A = Matrix{{0}};
+      problem.B = Matrix{{0}};
+      problem.N = Matrix{{scale}};
+      problem.M = Matrix{{scale / 4}};
+      problem.g = TimeFunction::Constant(Vector{{std::nextafter(-0.3, side) * scale}});
+      problem.f = TimeFunction::Zero(1);
+      problem.x0 = Vector{{0.3}};
+      problem.horizon = 1;
+      const double w = problem.N.Dense()(0, 0) * 0.3 + std::nextafter(-0.3, side) * scale;
+      const Solution solution = testing::SolveWith(problem, {});
+      EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kSolved) << scale;
+      const double exact_w = std::max(w, 0.0), exact_y = std::max(-w, 0.0) / (scale / 4);
+      double allowed_y = 1e-6 * exact_y, allowed_w = 1e-6 * exact_w;
+      for (const NamedComponent& named : solution.accuracy.named) {
+        (named.component.kind == ComponentKind::kPair ? allowed_y : allowed_w) = 2 * named.rounding;
+      }
+      EXPECT_LE(std::abs(solution.y(0, 0) - exact_y), allowed_y) << scale << ", " << side;
+      EXPECT_LE(std::abs(solution.w(0, 0) - exact_w), allowed_w) << scale << ", " << side;
+    }
+  }
+}
+
 // Two pairs hold x at (0, sin 6t): x1 is a difference of their rows, and the errors of the rows cancel in it as their
 // terms do.
 TEST(ZeroPairsTest, AStateIsHeldAtZeroByTwoPairs) {
