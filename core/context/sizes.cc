@@ -346,6 +346,7 @@ double ExcessOfTruncation(const TrajectoryErrors& errors, const Options& options
 void JudgeComponents(const Options& options, const std::function<AllSizesBeside()>& sizes, Accuracy& accuracy) {
   const double tolerance = accuracy.tolerance > 0 ? accuracy.tolerance : Options::kDefaultErrorTolerance;
   accuracy.error = 0;
+  accuracy.has_absolute_tolerances = options.absolute_tolerance.has_value() || !options.absolute_tolerances.empty();
   accuracy.named.clear();
   Judge judge(options, tolerance, accuracy);
   const bool all_accepted = std::all_of(std::begin(kComponentKinds), std::end(kComponentKinds),

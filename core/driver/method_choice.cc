@@ -102,7 +102,9 @@ void JudgeRelativeDegree(const Problem& problem, const Options& options, bool ze
                      " integrations, so solutions need impulses, and y of time stepping would diverge like 1/h. "
                      "Model the impact explicitly, or add compliance or damping so that M or N B is not zero";
     choice.refusal +=
-        least == 2 ? "; or allow inelastic impacts, an additional law that is not part of the system." : ".";
+        least == 2
+            ? "; or allow inelastic impacts (--inelastic-impact), an additional law that is not part of the system."
+            : ".";
     if (rows.size() > 1) choice.refusal += " The constraints are " + DescribeRows(rows, degrees) + ".";
   }
 }
@@ -118,6 +120,8 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
   if (options.method != Method::kAuto) {
     choice.method = options.method;
     choice.reason = "asked for";
+    if (choice.method == Method::kEventDriven && options.has_grid())
+      choice.reason += ". It chooses its steps: those that are given are output times only";
   } else if (selection == Selection::kHistory) {
     choice.method = Method::kEventDriven;
     choice.reason = "of several solutions the one is followed that continues the one before";

@@ -115,6 +115,7 @@ struct Accuracy {
   // tolerance (Options::error_tolerance).
   double tolerance = 0;
   bool tolerance_is_default = false;
+  bool has_absolute_tolerances = false;  // some component has one
   TrajectoryErrors errors;
   // The zeros and the negligible components, then those that missed the tolerance, the worst first.
   std::vector<NamedComponent> named;

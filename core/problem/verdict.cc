@@ -77,7 +77,8 @@ void JudgeCertificate(const Solution& solution, Verdict& verdict) {
 }
 
 std::string Within(const Accuracy& accuracy) {
-  return "an error of " + FormatNumber(accuracy.tolerance) + (accuracy.tolerance_is_default ? " (the default)" : "");
+  return "an error of " + FormatNumber(accuracy.tolerance) + (accuracy.tolerance_is_default ? " (the default)" : "") +
+         (accuracy.has_absolute_tolerances ? " or the absolute tolerances" : "");
 }
 
 // " beside x[0] of 31", where the size of another component decides.

@@ -280,6 +280,15 @@ TEST(DefaultErrorTest, IsControlledWithoutBeingAskedFor) {
   EXPECT_THAT(verdict.text, HasSubstr("(the default)"));
 }
 
+TEST(DefaultErrorTest, MentionsTheAbsoluteTolerancesThatMayHaveAcceptedMore) {
+  Options options;
+  EXPECT_THAT(JudgeSolution(testing::SolveToEnd(testing::ExampleFourOne(), options)).text,
+              ::testing::Not(HasSubstr("absolute")));
+  options.absolute_tolerances = {{{ComponentKind::kState, 0}, 1e-3}};
+  EXPECT_THAT(JudgeSolution(testing::SolveToEnd(testing::ExampleFourOne(), options)).text,
+              HasSubstr("an error of 1e-06 (the default) or the absolute tolerances, estimated error"));
+}
+
 // First order never gets there with the work allowed by default.
 TEST(DefaultErrorTest, IsMissedWithAFigureAndBoundedWork) {
   Options options;
