@@ -469,32 +469,34 @@ Matrix ModeStepper::RespondAtLooks(const Eigen::Ref<const Matrix>& starts,
   return values;
 }
 
-Vector ModeStepper::LastOfStarts(const Eigen::Ref<const Matrix>& starts) const {
+template <typename Visit>
+void ModeStepper::SolveStarts(const Eigen::Ref<const Matrix>& starts, const Visit& visit) const {
   const Eigen::MatrixXcd from = mode_->form.inverse * starts;
-  Vector largest = Vector::Zero(starts.rows());
   ComplexSeries c(starts.rows(), kLegendreSize);
   for (Index e = 0; e < starts.cols(); ++e) {
     c.setZero();
     c.col(0) = from.col(e);
     SolveTriangle(c);
-    largest = largest.cwiseMax(RowMaxAbs((mode_->form.vectors * c.rightCols<2>()).real()));
+    visit(c);
   }
+}
+
+Vector ModeStepper::LastOfStarts(const Eigen::Ref<const Matrix>& starts) const {
+  Vector largest = Vector::Zero(starts.rows());
+  SolveStarts(starts, [&](const ComplexSeries& c) {
+    largest = largest.cwiseMax(RowMaxAbs((mode_->form.vectors * c.rightCols<2>()).real()));
+  });
   return largest;
 }
 
 Eigen::VectorXcd ModeStepper::SlopesOfLayers(const Eigen::VectorXcd& parts, const Eigen::Ref<const Vector>& start,
                                              const Eigen::Ref<const Matrix>& errors) const {
   const PencilForm& form = mode_->form;
-  const Eigen::MatrixXcd from = form.inverse * errors;
   const Eigen::MatrixX2cd no_source = Eigen::MatrixX2cd::Zero(parts.size(), 2);
   Vector of_errors = kUlp * (SizesOf(form.inverse) * start.cwiseAbs());
-  ComplexSeries c(parts.size(), kLegendreSize);
-  for (Index e = 0; e < errors.cols(); ++e) {
-    c.setZero();
-    c.col(0) = from.col(e);
-    SolveTriangle(c);
+  SolveStarts(errors, [&](const ComplexSeries& c) {
     of_errors = of_errors.cwiseMax(LayersOf(c, no_source, OfRounding::kToo).cwiseAbs());
-  }
+  });
   Eigen::VectorXcd slopes = Eigen::VectorXcd::Zero(parts.size());
   for (Index j = 0; j < parts.size(); ++j) {
     const double size = std::abs(parts[j]);

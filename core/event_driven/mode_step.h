@@ -131,6 +131,9 @@ class ModeStepper {
   // The residual of `x` in the integrated equations, and in column 0 what it misses of `start`.
   LegendreSeries Missing(const LegendreSeries& x, const LegendreSeries& integral,
                          const Eigen::Ref<const Vector>& start) const;
+  // Calls visit(c) with the components that each of the starts in the columns makes, without a source.
+  template <typename Visit>
+  void SolveStarts(const Eigen::Ref<const Matrix>& starts, const Visit& visit) const;
   // The states that stay zero: they start there, and nothing moves them.
   std::vector<Index> UnreachedStates(const Vector& start, const LegendreSeries& source) const;
 

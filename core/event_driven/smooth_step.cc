@@ -305,7 +305,7 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   errors.OfStates();
   Vector lift = 2 * mode.guard.state * solution.layer;
   Eigen::VectorXcd slopes_of_layers;
-  if (mode.guard.slope.size() > 0 && solution.layer_parts.size() > 0) {
+  if (mode.guard.slope.size() > 0 && (solution.layer_parts.array() != 0.0).any()) {
     Matrix errors_of_start(start.size(), magnitudes.rounding.samples.cols() + magnitudes.errors.cols());
     errors_of_start << magnitudes.rounding.samples, magnitudes.errors;
     slopes_of_layers = step.stepper->SlopesOfLayers(solution.layer_parts, start, errors_of_start);

@@ -330,12 +330,13 @@ class Walk {
       const auto followers = Followers(before, false);
       return followers.empty() ? nullptr : followers.front();
     }
-    if (const std::optional<unsigned> reported = Reported(time_)) {
-      std::shared_ptr<Mode> mode = ModeOf(*reported);
-      if (mode && IsNonnegative(*mode)) return mode;
-      // The one that would be passed over may be needed.
-      mode = ModeOf(*replay_->reported(ToDouble(time_)));
-      return mode && IsNonnegative(*mode) ? mode : nullptr;
+    if (const std::optional<unsigned> lasting = Reported(time_)) {
+      // Where that one does not hold yet, the one that would be passed over.
+      for (const std::optional<unsigned>& reported : {lasting, replay_->reported(ToDouble(time_))}) {
+        const std::shared_ptr<Mode> mode = reported ? ModeOf(*reported) : nullptr;
+        if (mode && IsNonnegative(*mode)) return mode;
+      }
+      return nullptr;
     }
     const auto followers = Followers(before, true);
     if (followers.empty()) return nullptr;

@@ -107,11 +107,12 @@ TEST(ZeroPairsTest, NamesTheSideOfAPairThatRoundingDecides) {
       problem.B = Matrix{{0}};
       problem.N = Matrix{{scale}};
       problem.M = Matrix{{scale / 4}};
-      problem.g = TimeFunction::Constant(Vector{{std::nextafter(-0.3, side) * scale}});
+      const double g = std::nextafter(-0.3, side) * scale;
+      problem.g = TimeFunction::Constant(Vector{{g}});
       problem.f = TimeFunction::Zero(1);
       problem.x0 = Vector{{0.3}};
       problem.horizon = 1;
-      const double w = problem.N.Dense()(0, 0) * 0.3 + std::nextafter(-0.3, side) * scale;
+      const double w = scale * 0.3 + g;
       const Solution solution = testing::SolveWith(problem, {});
       EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kSolved) << scale;
       const double exact_w = std::max(w, 0.0), exact_y = std::max(-w, 0.0) / (scale / 4);
