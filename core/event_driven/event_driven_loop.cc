@@ -200,9 +200,8 @@ bool EventDrivenLoop::IsStuck() {
 EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
   bool lost_least_element = false, was_solved = false;
   while (attempt_ < ModeSearch::kAttempts || TryAgainFromBelow()) {
-    const bool trusts_guess = may_start_below_ && attempt_ % 2 == 0;
-    const ModeSearch::Proposal proposal = search_.Find(t_, x_, magnitudes_.rounding.bound, SizesSoFar(),
-                                                       length_.value(), end - t_, attempt_++, trusts_guess);
+    const ModeSearch::Proposal proposal =
+        search_.Find(t_, x_, magnitudes_.rounding.bound, SizesSoFar(), length_.value(), end - t_, attempt_++);
     const bool solved = proposal.verdict == LcpStatus::kSolved;
     was_solved = was_solved || solved;
     lost_least_element = lost_least_element || (solved && !proposal.kept_selection);
@@ -214,7 +213,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
     why_coupled_ = solved ? "the active set does not determine y (relative degree above one)"
                           : "the coupled LCP that proposes an active set was not solved";
   }
-  if (!was_solved && (mode_ = search_.ModeAfterEvent(SizesSoFar()))) return Progressed::kYes;
+  if (!was_solved && (mode_ = search_.Flipped(SizesSoFar()))) return Progressed::kYes;
   if (!lost_least_element) return Progressed::kNoMode;
   context_.FailLostLeastElement(t_);
   return Progressed::kFailed;
@@ -225,7 +224,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::GiveUpMode(const char* why) {
   mode_ = nullptr;
   if (event_step_ && RefineEvent()) return Progressed::kYes;
   why_coupled_ = why;
-  return attempt_ < ModeSearch::kAttempts || TryAgainFromBelow() ? Progressed::kYes : Progressed::kNoMode;
+  return Progressed::kYes;
 }
 
 // Once all proposals failed, starts the attempts again, with LetRisingGuardsStartBelow(): an event is known no better

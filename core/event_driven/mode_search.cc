@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
 #include "core/lcp/dense/history_solver.h"
+#include "core/linalg/abs_times.h"
 #include "core/linalg/bounded_sum.h"
 #include "core/linalg/decompositions.h"
+#include "core/linalg/norms.h"
 
 namespace dlcs {
 namespace {
@@ -23,13 +26,14 @@ constexpr Index kOperationsOfW = 16;
 // Modes are kept until there are so many, and then all forgotten.
 constexpr std::size_t kKeptModes = 256;
 
-// One where the four lowest derivatives of state i may depend on state j, else zero. What is farther away is smaller
-// than rounding, and of wrong signs where a step is a Padé approximation.
-Matrix NearStates(const Matrix& A) {
-  const auto pattern = [](const Matrix& matrix) { return Matrix((matrix.array() != 0).cast<double>()); };
-  const Matrix once = pattern(A) + Matrix::Identity(A.rows(), A.cols());
-  const Matrix twice = pattern(once * once);
-  return pattern(twice * twice);
+// (I - h A)⁻¹, corrected once. In balanced units its entries can be compared; in balanced order the matrix is block
+// upper triangular, so that what a state does not depend on has exact zeros.
+Matrix Resolvent(const BalancedMatrix& A, double h) {
+  const Matrix identity = Matrix::Identity(A.matrix.rows(), A.matrix.cols());
+  const Matrix matrix = identity - h * A.matrix;
+  Matrix inverse = Eigen::PartialPivLU<Matrix>(matrix).inverse();
+  inverse += inverse * (identity - matrix * inverse);
+  return InGivenUnits(inverse, A);
 }
 
 }  // namespace
@@ -40,28 +44,18 @@ ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSample
       sources_(sources),
       maker_(problem),
       abs_N_(problem.N.Dense().cwiseAbs()),
-      near_(NearStates(problem.A.Dense())),
-      free_(maker_.Make({}, {})),
+      balanced_(Balance(problem.A.Dense())),
+      rate_(InfinityNorm(balanced_.matrix)),
       look_aheads_([this, selection](double h) {
-        ModeStepper stepper(*free_, h);
-        // By refined steps: where a far state hardly moves, the sign of that decides.
-        const Vector zero = Vector::Zero(problem_.num_states());
-        LegendreSeries source = LegendreSeries::Zero(problem_.num_states(), kLegendreSize);
-        Matrix moved(problem_.num_states(), problem_.num_constraints());
-        for (Index j = 0; j < moved.cols(); ++j) {
-          source.col(0) = problem_.B.Dense().col(j);
-          moved.col(j) = stepper.Solve(zero, source, zero).x.rowwise().sum();
-          KeepNear(source.col(0), moved.col(j));
-        }
-        std::unique_ptr<LcpSolver> solver = MakeCoupledLcpSolver(problem_.M, problem_.N.Dense() * moved, selection);
-        return std::make_unique<LookAhead>(LookAhead{std::move(stepper), std::move(solver)});
+        Matrix resolvent = Resolvent(balanced_, h);
+        const Matrix of_y = problem_.N.Dense() * (resolvent * (h * problem_.B.Dense()));
+        std::unique_ptr<LcpSolver> solver = MakeCoupledLcpSolver(problem_.M, of_y, selection);
+        return std::make_unique<LookAhead>(LookAhead{std::move(resolvent), std::move(solver)});
       }),
       basis_(problem.num_constraints(), 0),
       y_(problem.num_constraints()),
-      f_begin_(problem.num_states()),
-      f_end_(problem.num_states()),
-      g_(problem.num_constraints()),
-      f_(LegendreSeries::Zero(problem.num_states(), kLegendreSize)) {
+      f_(problem.num_states()),
+      g_(problem.num_constraints()) {
   if (selection != Selection::kHistory) return;
   history_ = basis_;
   for (Index i = 0; problem.y0 && i < problem.num_constraints(); ++i) history_[i] = (*problem.y0)[i] > 0;
@@ -78,38 +72,25 @@ double ModeSearch::StepOf(double t, double scale, double longest, int attempt) c
     h = std::ldexp(scale, -kRatio * attempt);
   } else if (attempt < kOfFastest) {
     const double shorter = std::ldexp(scale, -kRatio * kShorter);
-    h = std::ldexp(free_->rate > 0 ? std::min(shorter, 16 / free_->rate) : shorter, -kRatio * (attempt - kShorter));
+    h = std::ldexp(rate_ > 0 ? std::min(shorter, 16 / rate_) : shorter, -kRatio * (attempt - kShorter));
   } else {
     h = std::ldexp(scale, kRatio * (attempt - kOfFastest + 1));
   }
   // A step below that would hardly be one: t + h is rounded.
-  h = std::min(std::max(kFirstPart * h, RoundingOf(64) * std::abs(t)), longest / 2);
+  h = std::min(std::max(kFirstPart * h, RoundingOf(64) * std::abs(t)), longest / 8);
   return std::ldexp(1.0, std::ilogb(h));
 }
 
 ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise,
-                                      const DataSizes& sizes, double scale, double longest, int attempt,
-                                      bool trusts_guess) {
+                                      const DataSizes& sizes, double scale, double longest, int attempt) {
   Proposal proposal;
-  if (!free_) return proposal;
-  if (trusts_guess && !guess_.empty()) {
-    proposal.verdict = LcpStatus::kSolved;
-    proposal.mode = ModeOf(IndicesOf(guess_), sizes);
-    if (proposal.mode) return proposal;
-  }
   const double h = StepOf(t, scale, longest, attempt);
   const LookAhead& look = look_aheads_.At(h);
-  sources_.F(t, Side::kRight, f_begin_);
-  sources_.F(t + h, Side::kLeft, f_end_);
-  sources_.G(t + h, Side::kLeft, g_);
-  f_.col(0) = (f_begin_ + f_end_) / 2;
-  f_.col(1) = (f_end_ - f_begin_) / 2;
-  const ModeStepper::Solution ahead = look.stepper.Solve(x, f_, Vector::Zero(x.size()));
-  predicted_ = ahead.x.rowwise().sum();
-  KeepNear(x.cwiseAbs() + f_begin_.cwiseAbs() + f_end_.cwiseAbs(), predicted_);
-  q_ = problem_.N * predicted_ + g_;
-  tolerance_ = RoundingOf(kOperationsOfW) * (abs_N_ * predicted_.cwiseAbs() + g_.cwiseAbs()) +
-               abs_N_ * (ahead.uncertainty + kOfNoise * x_noise);
+  AverageSources(t, h);
+  const Vector start = x + h * f_, sizes_of_start = x.cwiseAbs() + h * f_.cwiseAbs();
+  q_ = problem_.N * Vector(look.resolvent * start) + g_;
+  tolerance_ = RoundingOf(kOperationsOfW) * (abs_N_ * AbsTimes(look.resolvent, sizes_of_start) + g_.cwiseAbs()) +
+               abs_N_ * AbsTimes(look.resolvent, kOfNoise * x_noise);
   LcpSolver& solver = *look.solver;
   bool is_found = false;
   if (!guess_.empty()) {
@@ -126,10 +107,21 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   return proposal;
 }
 
-// Zeroes states far from those where `from` is not zero.
-void ModeSearch::KeepNear(const Vector& from, Eigen::Ref<Vector> x) const {
-  const Vector paths = near_ * (from.array() != 0).cast<double>().matrix();
-  x = (paths.array() > 0).select(x, 0);
+// f and g averaged over about h behind t, s ∫ e^{-s τ} f(t + τ) dτ with s = 1/h, by the formula of Gauss and Laguerre
+// with three points: exact for polynomials of degree five.
+void ModeSearch::AverageSources(double t, double h) {
+  // Table: Abramowitz and Stegun, 25.45, n = 3.
+  constexpr double kPoints[] = {0.41577455678347908, 2.2942803602790417, 6.2899450829374792};
+  constexpr double kWeights[] = {0.71109300992917302, 0.27851773356924085, 0.010389256501586136};
+  f_.setZero();
+  g_.setZero();
+  Vector f(f_.size()), g(g_.size());
+  for (std::size_t k = 0; k < std::size(kPoints); ++k) {
+    sources_.F(t + kPoints[k] * h, Side::kLeft, f);
+    sources_.G(t + kPoints[k] * h, Side::kLeft, g);
+    f_ += kWeights[k] * f;
+    g_ += kWeights[k] * g;
+  }
 }
 
 void ModeSearch::BeginAt(const Vector& x0, const Vector& g) {
@@ -181,7 +173,7 @@ void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
   std::fill(basis_.begin(), basis_.end(), 0);
   for (const Index i : mode.active) basis_[i] = 1;
   basis_[guard] ^= 1;
-  after_event_ = basis_;
+  flipped_ = basis_;
   if (history_.empty()) return;
   // At a fold the set with this guard is that between the folds, and a solution too.
   const Matrix& M = problem_.M.Dense();
@@ -189,14 +181,16 @@ void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
   if (SignOfDeterminant(M, basis_) * SignOfDeterminant(M, history_) >= 0) guess_ = basis_;
 }
 
-const Mode* ModeSearch::ModeAfterEvent(const DataSizes& sizes) {
-  if (after_event_.empty() || !history_.empty()) return nullptr;
-  const Mode* mode = ModeOf(IndicesOf(std::exchange(after_event_, {})), sizes);
-  return mode && mode->num_algebraic > 0 ? mode : nullptr;
+const Mode* ModeSearch::Flipped(const DataSizes& sizes) {
+  if (flipped_.empty() || flips_ == 2 * problem_.num_constraints()) return nullptr;
+  ++flips_;
+  const Mode* mode = ModeOf(IndicesOf(std::exchange(flipped_, {})), sizes);
+  return mode && (mode->num_algebraic > 0 || !history_.empty()) ? mode : nullptr;
 }
 
 void ModeSearch::Lasted(const Mode& mode) {
   q_begin_.resize(0);
+  flips_ = 0;
   if (history_.empty()) return;
   guess_.clear();
   std::fill(history_.begin(), history_.end(), 0);

@@ -14,6 +14,7 @@
 #include "core/event_driven/mode.h"
 #include "core/event_driven/mode_step.h"
 #include "core/lcp/lcp.h"
+#include "core/linalg/balance.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/problem/problem.h"
 
@@ -22,12 +23,14 @@ namespace dlcs {
 // Finds active sets, and caches their modes.
 //
 // The active set after t is that of y at t + h as h → 0: if y_i and w_i both vanish at t, their derivatives decide, and
-// then higher derivatives. One coupled LCP decides all of that at once: for y constant on [t, t + h],
+// then higher derivatives. The Laplace transforms of y and w decide all of that at once, as s → ∞: with s = 1/h
 //
-//     0 <= y ⟂ N (x̂ + h φ_1(hA) B y) + g(t + h) + M y >= 0,    x̂ the state at t + h for y = 0,
+//     0 <= y ⟂ N (I - hA)⁻¹ (x + h f̂ + h B y) + ĝ + M y >= 0,    f̂ = s ∫ e^{-sτ} f(t + τ) dτ, and ĝ alike,
 //
-// with a step h so short that nothing else happens, and so long that derivatives are larger than rounding. Fast states
-// settle within h. The basis of its solution is a proposal; the caller has to check how long it lasts.
+// is the rational complementarity problem, here for an h so short that nothing else happens, and so long that
+// derivatives are larger than rounding. Fast states settle within h. The basis of its solution is a proposal; the
+// caller has to check how long it lasts. Source: [Heemels 2000] W. P. M. H. Heemels, J. M. Schumacher, S. Weiland. The
+// rational complementarity problem. Linear Algebra and its Applications 294.
 class ModeSearch {
  public:
   // Keeps references.
@@ -42,11 +45,10 @@ class ModeSearch {
   // `longest` the time to the next break point. Each `attempt` in 0 ... kAttempts - 1 uses another h: first shorter
   // ones, for modes that end soon, down to those of the fastest states, then longer ones, to skip modes that are
   // shorter than rounding. The LCP starts from the last active set or from that of GuessAfter(). `sizes` are those of
-  // the states so far and of the sources. With `trusts_guess` the active set of GuessAfter() is proposed as it is, if
-  // there is one: where numbers at an event are rounding, the LCP has no say.
+  // the states so far and of the sources.
   static constexpr int kAttempts = 8;
   Proposal Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise, const DataSizes& sizes,
-                double scale, double longest, int attempt, bool trusts_guess);
+                double scale, double longest, int attempt);
 
   // Until a mode has lasted, searches are at 0, where x0 is exact and g is `g`. If some w_i is driven away from zero, a
   // solution begins on each side of it, and a look ahead does not see on which side w_i is. So a proposal that the
@@ -59,10 +61,11 @@ class ModeSearch {
   // solution.
   void GuessAfter(const Mode& mode, Index guard);
 
-  // The mode of that active set, if it constrains the state; once after each event, for where no LCP has a solution: of
+  // The mode in which the guard that fell last has changed sides, for where no LCP has a solution that lasts: once
+  // after each event and each mode that a guard ended at once. Without kHistory only modes that constrain the state: of
   // a singular M only the product h N B tells pairs apart, and it is lost in M + h N B where h is short enough for fast
-  // states. Null if there is none.
-  const Mode* ModeAfterEvent(const DataSizes& sizes);
+  // states. Null if there is none, and after twice as many as there are pairs of which none lasted.
+  const Mode* Flipped(const DataSizes& sizes);
 
   // With the selection kHistory every search starts from the active set of the last mode that lasted: `mode` did. A
   // guess of GuessAfter() is taken until then where it is a solution itself, to rounding.
@@ -79,9 +82,9 @@ class ModeSearch {
   Index modes_made() const { return modes_made_; }
 
  private:
-  // The system without y, and the coupled LCP, over one h.
+  // (I - hA)⁻¹, and the LCP with the matrix M + N (I - hA)⁻¹ h B, for one h.
   struct LookAhead {
-    ModeStepper stepper;
+    Matrix resolvent;
     std::unique_ptr<LcpSolver> solver;
   };
   struct KeptMode {
@@ -93,7 +96,7 @@ class ModeSearch {
   };
   std::optional<Pairs> PairsAtBegin(const Basis& basis) const;
   void CorrectAtBegin(Basis& basis);
-  void KeepNear(const Vector& from, Eigen::Ref<Vector> x) const;
+  void AverageSources(double t, double h);
   double StepOf(double t, double scale, double longest, int attempt) const;
 
   const Problem& problem_;
@@ -101,18 +104,18 @@ class ModeSearch {
   SourceSampler& sources_;
   ModeMaker maker_;
   Matrix abs_N_;
-  Matrix near_;                 // nonzero where a state depends on another by low derivatives
-  std::unique_ptr<Mode> free_;  // without active pairs; null where it has no form
+  BalancedMatrix balanced_;  // A
+  double rate_;              // of the fastest states
   StepCache<LookAhead> look_aheads_;
   std::map<std::vector<Index>, KeptMode> modes_;  // by their active sets
   Basis basis_;
   BasisSuccessors successors_;
   Basis history_;                   // empty without kHistory
   Basis guess_;                     // empty where there is none
-  Basis after_event_;               // likewise
+  Basis flipped_;                   // likewise
+  Index flips_ = 0;                 // since a mode lasted
   Vector q_begin_, q_begin_noise_;  // N x0 + g; empty where it is of no use any more
-  Vector y_, f_begin_, f_end_, g_, predicted_, q_, tolerance_;
-  LegendreSeries f_;
+  Vector y_, f_, g_, q_, tolerance_;
   Index lcps_ = 0;
   Index modes_made_ = 0;
 };
