@@ -64,6 +64,8 @@ class ErrorGrowth {
   };
   void Pass(const SmoothStep& step, const StepSources& sources);
   void BeginJump(const SmoothStep& step, const StepSources& sources, double s);
+  // What the errors are early in `step`, before fast states have settled.
+  void RaiseSoonAfter(const SmoothStep& step);
   // What jumps of y, w and outputs come to by the error of the time of the event.
   void RaiseJumps(const SmoothStep& step);
   // How far the time of the event may be off.

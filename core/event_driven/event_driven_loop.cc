@@ -357,23 +357,30 @@ bool EventDrivenLoop::HasDips(double s_end, double length) {
 
 // Whether what the step is off by at an event inside it is no more than the share of the tolerance that its length has
 // of the horizon. The error control allows rounding besides, which for long solves is more, and adds up as truncation.
+// Behind the event fast states are off by as much of what they settle by as their rate makes of the delay.
 bool EventDrivenLoop::IsKnownWellEnough(const ModeEnd& mode_end, double lasted) const {
   const double allowed = tolerance_ * lasted / problem_.horizon;
   const double size = std::max(std::binary_search(mode_->active.begin(), mode_->active.end(), mode_end.guard)
                                    ? magnitudes_.y[mode_end.guard]
                                    : magnitudes_.w[mode_end.guard],
                                MaxAbs(step_.guard.values.row(mode_end.guard)));
+  const double fastest = std::max(mode_->rate, search_.rate());
   return step_.guard.tail[mode_end.guard] <= allowed * size &&
+         fastest * step_.guard.tail[mode_end.guard] <= tolerance_ * SpeedOfGuard(mode_end) &&
          (step_.x_tail.array() <= allowed * magnitudes_.x.cwiseMax(step_.x_size).cwiseMax(magnitudes_.x_given).array())
              .all();
+}
+
+// How fast the guard of the event passes zero.
+double EventDrivenLoop::SpeedOfGuard(const ModeEnd& mode_end) const {
+  const LegendreVector slopes = LegendreSlopes(LegendreValues(mode_end.s));
+  return 2 / sources_.length * std::abs(step_.guard.values.row(mode_end.guard).dot(slopes));
 }
 
 // Takes the step once more, so that the event is at its end, where a step is far better than inside of it. Changes
 // nothing if that step is not accurate or has the event elsewhere.
 void EventDrivenLoop::RetakeUpTo(double length, ModeEnd& mode_end) {
-  const LegendreVector slopes = LegendreSlopes(LegendreValues(mode_end.s));
-  const double speed = 2 / sources_.length * step_.guard.values.row(mode_end.guard).dot(slopes);
-  const double beyond = 2 * step_.guard.tail[mode_end.guard] / std::abs(speed);
+  const double beyond = 2 * step_.guard.tail[mode_end.guard] / SpeedOfGuard(mode_end);
   const double end = t_ + std::min(length + beyond, sources_.length);
   SmoothStep longer = std::move(step_);
   StepSources sources_of_longer = sources_;

@@ -50,6 +50,7 @@ class EventDrivenLoop {
   Progressed Choose(double end);
   Progressed Advance(double end);
   Progressed Repeat(double length);
+  double SpeedOfGuard(const ModeEnd& mode_end) const;
   bool IsKnownWellEnough(const ModeEnd& mode_end, double lasted) const;
   void RetakeUpTo(double length, ModeEnd& mode_end);
   bool TakeOneMore(const Mode& mode, const Vector& start, double begin, double end, const EventGap* gap);

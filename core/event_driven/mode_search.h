@@ -78,6 +78,7 @@ class ModeSearch {
   // bit, since differences of times are multiples of the rounding of times.
   std::shared_ptr<const ModeStepper> StepperOf(const Mode& mode, double length);
 
+  double rate() const { return rate_; }  // of the fastest states without y
   Index lcps() const { return lcps_; }
   Index modes_made() const { return modes_made_; }
 
@@ -105,7 +106,7 @@ class ModeSearch {
   ModeMaker maker_;
   Matrix abs_N_;
   BalancedMatrix balanced_;  // A
-  double rate_;              // of the fastest states
+  double rate_;              // of the fastest states without y
   StepCache<LookAhead> look_aheads_;
   std::map<std::vector<Index>, KeptMode> modes_;  // by their active sets
   Basis basis_;

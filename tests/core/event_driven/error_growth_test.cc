@@ -69,6 +69,39 @@ TEST(ErrorGrowthTest, FiguresHoldWhereModesGrow) {
   }
 }
 
+// x2 follows x1 at the rate r, and from the event at te on y keeps x1 + x2/2 at 3/4: y is 1.49 exp(-1.5 r (t - te)), so
+// that an error of te is one of y, 1.5 r times as large. te in 40 digits, as the root of x1 + x2/2 - 3/4 with
+// x1 = -0.05 sin 3t + 0.15 cos 3t + 0.85 exp(-t) and what x2 makes of it.
+TEST(ErrorGrowthTest, AnEventIsAsLateAsYOfFastStatesShows) {
+  struct Case {
+    double rate, event;
+  };
+  for (const auto& [rate, event] : {Case{1e9, 0.475929231162725009}, Case{1e10, 0.475929230862725009}}) {
+    Problem problem;
+    problem.A = Matrix{{-1, 0}, {rate, -rate}};
+    problem.B = Matrix{{1}, {0}};
+    problem.N = Matrix{{1, 0.5}};
+    problem.M = Matrix{{0}};
+    problem.f = TimeFunction::Formulas({"-0.5*sin(3*t)", "0"});
+    problem.g = TimeFunction::Constant(Vector{{-0.75}});
+    problem.x0 = Vector{{1, 1}};
+    problem.horizon = 1;
+    const double late = event + 0.05 / (1.5 * rate);
+    // x2 lags behind x1 by x1'/r, so at the event it is above 1/2 by two thirds of that.
+    const double slope = -0.15 * std::cos(3 * event) - 0.45 * std::sin(3 * event) - 0.85 * std::exp(-event);
+    const auto y = [rate, event, above = -slope / (1.5 * rate)](double t) {
+      return 0.75 * rate * above * std::exp(-1.5 * rate * (t - event)) + 0.5 + 0.5 * std::sin(3 * t);
+    };
+    for (const double tolerance : {1e-4, 1e-5}) {
+      const Solution solution = SolveAt(problem, tolerance, {0, late, 1});
+      EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kSolved) << rate << ", " << tolerance;
+      const double of_time = 1.5 * rate * 16 * std::numeric_limits<double>::epsilon() * event;
+      EXPECT_LE(std::abs(solution.y(0, 1) - y(solution.times[1])), (tolerance + of_time) * y(event))
+          << rate << ", " << tolerance;
+    }
+  }
+}
+
 // x1 = x3 keep x2 at zero, to the bit; any error of x2 grows by e^1000 in a unit of time.
 TEST(ErrorGrowthTest, AnErrorBeyondTheRangeOfNumbersIsInfinite) {
   Problem problem;
