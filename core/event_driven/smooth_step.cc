@@ -303,17 +303,22 @@ SmoothStep TakeSmoothStep(std::shared_ptr<const ModeStepper> stepper, const Eige
   StepErrors errors(mode, sources, magnitudes, solution, step);
   errors.OfRows(RowMaxAbs(b) + 1 / kUlp * noise_of_sources);
   errors.OfStates();
-  Vector lift = 2 * mode.guard.state * solution.layer;
   Eigen::VectorXcd slopes_of_layers;
   if (mode.guard.slope.size() > 0 && (solution.layer_parts.array() != 0.0).any()) {
     Matrix errors_of_start(start.size(), magnitudes.rounding.samples.cols() + magnitudes.errors.cols());
     errors_of_start << magnitudes.rounding.samples, magnitudes.errors;
     slopes_of_layers = step.stepper->SlopesOfLayers(solution.layer_parts, start, errors_of_start);
-    lift += mode.guard.slope * (mode.form.vectors * slopes_of_layers).real();
   }
+  const auto lift_of = [&](const LinearOutput& output) -> Vector {
+    Vector lift = 2 * output.state * solution.layer;
+    if (slopes_of_layers.size() > 0 && output.slope.size() > 0)
+      lift += output.slope * (mode.form.vectors * slopes_of_layers).real();
+    return lift;
+  };
+  const Vector lift = lift_of(mode.guard);
   errors.OfLinearRows(mode.guard, lift, step.guard);
   if (mode.outputs.state.rows() > 0) {
-    errors.OfLinearRows(mode.outputs, 2 * mode.outputs.state * solution.layer, step.outputs);
+    errors.OfLinearRows(mode.outputs, lift_of(mode.outputs), step.outputs);
     step.outputs.error.rounding += kUlp * AbsTimes(mode.outputs_of_y, SizeOfRows(step.y(mode.active, Eigen::all)));
   }
   step.x_size = errors.x_size();

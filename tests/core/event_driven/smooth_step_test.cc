@@ -356,8 +356,14 @@ TEST(SmoothStepTest, ALayerLiftsAMultiplierByItsSlope) {
   problem.N = Matrix{{1, 1, 0}};
   problem.M = Matrix{{0}};
   problem.g = TimeFunction::Zero(1);
+  problem.outputs.names = {"3 y", "x2"};
+  problem.outputs.C = Matrix{{0, 0, 0}, {0, 1, 0}};
+  problem.outputs.D = Matrix{{3}, {0}};
+  problem.outputs.h = TimeFunction::Zero(2);
   const SmoothRun run(problem, {0}, 1);
   EXPECT_NEAR(run.step.guard.error.truncation[0], kRate * kOff, 0.01 * kRate * kOff);
+  EXPECT_NEAR(run.step.outputs.error.truncation[0], 3 * kRate * kOff, 0.03 * kRate * kOff);
+  EXPECT_NEAR(run.step.outputs.error.truncation[1], 2 * kOff, 1.2 * kOff);
   ASSERT_NEAR(run.step.layer_length * kRate, 8, 1e-6);
   const SmoothRun resolved(problem, {0}, run.step.layer_length);
   EXPECT_LE(resolved.step.error_ratio, 1);
