@@ -152,7 +152,9 @@ void JudgeErrors(const Accuracy& accuracy, Verdict& verdict) {
     // Where the certificate has a doubt too, no tolerance makes it a success.
     const std::string typed = verdict.concerns.empty() ? Typed(accuracy) : "";
     if (!typed.empty()) {
-      sentences.push_back(typed + (missed.size() > 1 ? " accepts all of them." : " accepts it."));
+      const bool chooses_steps = accuracy.tolerance == 0 && typed.starts_with("--tolerance");
+      sentences.push_back(typed + (missed.size() > 1 ? " accepts all of them." : " accepts it.") +
+                          (chooses_steps ? " A smaller tolerance makes the steps shorter." : ""));
     }
     verdict.text = "reached T: " + MissedText(*missed.front());
     if (missed.size() > 1) verdict.text += " (and " + std::to_string(missed.size() - 1) + " more)";

@@ -150,7 +150,9 @@ TEST(VerdictTest, AdvisesAToleranceInPlaceOfStepsThatDoNotServe) {
   const Solution solution =
       Judged({Vector{{2}}, Vector{{1.2}}, Vector{{1e-9}}}, {Vector{{1}}, Vector{{5}}, Vector{{0}}}, {}, 0);
   EXPECT_THAT(JudgeSolution(solution).concerns,
-              ElementsAre(HasSubstr("x[0]"), "--tolerance 0.5 or --absolute-tolerance 'x[0]=1.3' accepts it."));
+              ElementsAre(HasSubstr("x[0]"),
+                          "--tolerance 0.5 or --absolute-tolerance 'x[0]=1.3' accepts it. "
+                          "A smaller tolerance makes the steps shorter."));
 }
 
 TEST(VerdictTest, NamesWhatIsZeroOrNegligible) {
