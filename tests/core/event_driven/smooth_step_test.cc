@@ -377,6 +377,35 @@ TEST(SmoothStepTest, ALayerLiftsAMultiplierByItsSlope) {
   EXPECT_LE(step.error_ratio, 1);
 }
 
+// A pair holds the first state on a line through others, where x' of 16 is what is left of terms of 1e11. The
+// triangular form of the mode has lost four digits of that to its scaling, and its slopes with them.
+TEST(SmoothStepTest, SlopesSatisfyTheEquationsOfTheMode) {
+  Problem problem;
+  problem.A = Matrix{{-314804087508.1086, 313869877638.4767, 0, 841517535.0684836},
+                     {25.599447907707727, -38.82470347121357, 13.103718911272956, 0},
+                     {0, 2.306019195662767, -2.3601501740137243, 0},
+                     {0.009771822504686395, 0, 0, -0.5248423206768994}};
+  problem.B = Matrix{{-39289976928.06592, 0},
+                     {6.409036287474327, 0},
+                     {-1.6918129278437752, -1.6918129278437752},
+                     {0, 0.9124817125124761}};
+  problem.N = Matrix{{-0.5, 1, -1.5, 0}, {0, 0, -1.5, 1}};
+  problem.M = Matrix{{0, 1.5}, {-1.5, 0}};
+  problem.f = TimeFunction::Constant(Vector{{0.342, 3.24, -0.219, 0.45}});
+  problem.g = TimeFunction::Constant(Vector{{0.8376, -0.155}});
+  problem.x0 = Vector{{0.454, 0.45295, 0.70909, 1.2511}};
+  problem.x0[0] = 2 * (problem.x0[1] - 1.5 * problem.x0[2] + 0.8376);
+  problem.horizon = 2.459;
+  const SmoothRun run(problem, {0}, 1e-3);
+  const Eigen::RowVectorXd N = problem.N.Dense().row(0);
+  for (const double s : {-0.5, 0.0, 0.5}) {
+    const Vector x = ValueOf(run.step.x, LegendreValues(s));
+    const double y = -N.dot(problem.A.Dense() * x + ValueOf(run.sources.f.values, LegendreValues(s))) /
+                     N.dot(problem.B.Dense().col(0));
+    EXPECT_NEAR(ValueOf(run.step.guard.values, LegendreValues(s))[0], y, 1e-13) << "at " << s;
+  }
+}
+
 TEST(SmoothStepTest, AGapRaisesTheLevelsByWhatItMakesOfTheGuards) {
   const SmoothRun run(SmoothProblem(-Matrix::Identity(2, 2), Vector{{1, 2}}, {}, 1), {}, 1);
   const EventGap gap{Vector{{1e-3, 2e-3}}, Vector::Zero(2), Vector{{5e-3}}};
