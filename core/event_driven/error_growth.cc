@@ -173,7 +173,7 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
 // Between the true time of the event and the one that was found the state went on as before instead of as after it. How
 // much that is by the jump of x', and by the polynomials on both sides: the first is too much where a fast state
 // settles in less time, the second where a fast state that the event does not concern bends. The smaller one counts.
-// The time of a break point may be off to either side: the samples have the signs of rounding. If it is off by more
+// The time of a break point may be off to either side: the samples have the signs of rounding. If a time is off by more
 // than the rounding of times, there are times to ask for in between, at which fast states are off before they settle.
 void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   if (!has_event_) return;
@@ -195,7 +195,7 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
     for (Index e = 0; e < SampledErrors::kCount; ++e) {
       errors_.Add(e, std::copysign(1, event_.delay[e]) * jump_within(std::abs(event_.delay[e])));
     }
-    RaiseSoonAfter(step);
+    if (Delays().Truncation()[0] > rounding_of_time) RaiseSoonAfter(step);
     return;
   }
   const double delay = event_.delay[0];
