@@ -208,29 +208,22 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
 // Where fast states settle after an event, x, y, w and outputs are off by more than at the end of the step. What
 // rounding makes of them there is no more than the rounding of the time explains.
 void ErrorGrowth::RaiseSoonAfter(const SmoothStep& step) {
-  constexpr double kSoon = -0.9;  // a step that resolves a fast state is some eight of its times long
+  // A step that resolves a fast state is some eight of its times long: this is 0.4 of them after the event.
+  constexpr double kSoon = -0.9;
   const Mode& mode = step.stepper->mode();
-  ModeStepper::Response response = step.stepper->Respond(errors_.values(), Matrix(), LegendreValues(kSoon));
-  for (const Index i : step.unreached) {  // as in SampledErrors::Propagate()
-    response.values.row(i).setZero();
-    response.slopes.row(i).setZero();
-  }
+  const SampledErrors soon = errors_.Inside(step, kSoon);
   const auto raise = [](const SignedErrorBounds& errors, Index i, SignedErrorBounds& of) {
     const double rounding = errors.rounding[i];
     Raise(of, i, NanMax(0, errors.truncation[i] - rounding), NanMax(0, errors.with_signs[i] - rounding), 0);
   };
-  const auto in_rows = [&response](const LinearOutput& output) {
-    Matrix rows = output.state * response.values;
-    if (output.slope.size() > 0) rows += output.slope * response.slopes;
-    return SampledErrors::SizesOf(rows);
-  };
-  const SignedErrorBounds states = SampledErrors::SizesOf(response.values), guards = in_rows(mode.guard);
+  const SignedErrorBounds states = SampledErrors::SizesOf(soon.values());
   for (Index i = 0; i < states.rounding.size(); ++i) raise(states, i, x_);
+  const SignedErrorBounds guards = SampledErrors::SizesOf(soon.In(mode.guard));
   for (Index i = 0; i < guards.rounding.size(); ++i) {
     raise(guards, i, std::binary_search(mode.active.begin(), mode.active.end(), i) ? y_ : w_);
   }
   if (outputs_.rounding.size() == 0) return;
-  const SignedErrorBounds outputs = in_rows(mode.outputs);
+  const SignedErrorBounds outputs = SampledErrors::SizesOf(soon.In(mode.outputs));
   for (Index i = 0; i < outputs.rounding.size(); ++i) raise(outputs, i, outputs_);
 }
 

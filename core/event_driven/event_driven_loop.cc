@@ -219,12 +219,10 @@ EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
   return Progressed::kFailed;
 }
 
-// Tries the event before once more, or another proposal where some are left.
-EventDrivenLoop::Progressed EventDrivenLoop::GiveUpMode(const char* why) {
+// Locates the event before once more, or leaves it to the proposals that are left. `why` is reported if none lasts.
+void EventDrivenLoop::GiveUpMode(const char* why) {
   mode_ = nullptr;
-  if (event_step_ && RefineEvent()) return Progressed::kYes;
-  why_coupled_ = why;
-  return Progressed::kYes;
+  if (!event_step_ || !RefineEvent()) why_coupled_ = why;
 }
 
 // Once all proposals failed, starts the attempts again, with LetRisingGuardsStartBelow(): an event is known no better
@@ -304,8 +302,10 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   if (!sources_.finite) return FailNonFinite();
   magnitudes_.RaiseReach(mode_->dynamics, std::max(mode_->rate, 1 / problem_.horizon), sources_.f.size);
   x_start_ = x_;
-  if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_start_))
-    return GiveUpMode("the state is off the constraints of the active set");
+  if (!Project(*mode_, sources_, tolerance_, magnitudes_, x_start_)) {
+    GiveUpMode("the state is off the constraints of the active set");
+    return Progressed::kYes;
+  }
   const EventGap* gap = gap_ ? &*gap_ : nullptr;
   TakeStep(*mode_, x_start_, gap);
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
@@ -337,7 +337,10 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   // Where a guard falls from zero at once another proposal is better, of the first ones, which look ahead less.
   constexpr int kShorterSteps = 3;
   const bool may_propose = t_ == mode_begin_ && attempt_ <= kShorterSteps;
-  if (is_too_short || (may_propose && FallsFromZero(step_, *mode_end))) return GiveUpMode("no active set lasts");
+  if (is_too_short || (may_propose && FallsFromZero(step_, *mode_end))) {
+    GiveUpMode("no active set lasts");
+    return Progressed::kYes;
+  }
   if (lasted > shortest && !IsKnownWellEnough(*mode_end, lasted)) {
     RetakeUpTo(lasted, *mode_end);
     lasted = sources_.length * (1 + mode_end->s) / 2;

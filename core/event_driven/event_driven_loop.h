@@ -57,7 +57,7 @@ class EventDrivenLoop {
   double DelayAtEnd(Index guard) const;
   void Accept(double end, double s_end, std::optional<Index> guard = std::nullopt);
   Progressed EndMode(const ModeEnd& mode_end, double end);
-  Progressed GiveUpMode(const char* why);
+  void GiveUpMode(const char* why);
   bool TryAgainFromBelow();
   bool RefineEvent();
   bool TakeCoupledSteps(double end);

@@ -301,9 +301,9 @@ std::optional<Multipliers> Eliminate(const ModeEquations& equations, const Scale
   mode.E_terms = elimination.TermsOfRest(equations.slope, chosen);
   mode.F_terms = elimination.TermsOfRest(equations.of_x, chosen);
 
-  Matrix nonsingular = mode.E;
-  nonsingular.bottomRows(mode.num_algebraic) = mode.algebraic_rows();
-  const auto slope = Invert(nonsingular);
+  mode.of_slope = mode.E;
+  mode.of_slope.bottomRows(mode.num_algebraic) = mode.algebraic_rows();
+  const auto slope = Invert(mode.of_slope);
   if (!slope) return std::nullopt;
   mode.solve_slope = slope->Value();
   mode.correction = mode.solve_slope.rightCols(mode.num_algebraic);

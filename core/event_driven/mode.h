@@ -100,9 +100,9 @@ struct Mode {
   std::vector<Index> row_of_state;
 
   Index num_algebraic = 0;
-  // The inverse of E with `algebraic_rows()` in place of its zero rows: x' as a function of the other rows' right-hand
-  // sides and of what -algebraic_g() makes of g'. Empty if E is the identity.
-  Matrix solve_slope;
+  // E with `algebraic_rows()` in place of its zero rows, and its inverse: x' as a function of the other rows'
+  // right-hand sides and of what -algebraic_g() makes of g'. Both empty if E is the identity.
+  Matrix of_slope, solve_slope;
   // The smallest correction of a state along B_S: x -= correction · (F x + source_g g), last rows.
   Matrix correction;
 

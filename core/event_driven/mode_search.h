@@ -57,8 +57,7 @@ class ModeSearch {
   void BeginAt(const Vector& x0, const Vector& g);
 
   // The next search starts from the active set of `mode` with `guard`, the index whose guard ended it, added or
-  // removed. If the numbers at an event are as small as the rounding of the LCP, this guess is accepted as the
-  // solution.
+  // removed. With kHistory it is the solution where it solves the LCP to rounding.
   void GuessAfter(const Mode& mode, Index guard);
 
   // The mode in which the guard that fell last has changed sides, for where no LCP has a solution that lasts: once

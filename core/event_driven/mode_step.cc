@@ -315,12 +315,9 @@ void ModeStepper::RefineSlope(const LegendreSeries& source, const Vector& source
   noise += kUlp * (mode_->E_terms * SizeOfRows(by_rows));
   // What the slopes by components miss of these equations is what the triangular form is off by, which they do not see.
   // In the last two coefficients states keep the rounding of layers, and components do not.
-  const Matrix algebraic = mode_->algebraic_rows();
-  LegendreSeries missing = rows - Apply(mode_->E, solution.slope);
-  missing.bottomRows(mode_->num_algebraic) -= Apply(algebraic, solution.slope);
+  LegendreSeries missing = rows - Apply(mode_->of_slope, solution.slope);
   missing.rightCols<2>().setZero();
-  Vector known = noise + AbsTimes(mode_->E, solution.slope_noise) + AbsTimes(mode_->F, x_noise);
-  known.tail(mode_->num_algebraic) += AbsTimes(algebraic, solution.slope_noise);
+  const Vector known = noise + AbsTimes(mode_->of_slope, solution.slope_noise) + AbsTimes(mode_->F, x_noise);
   solution.slope_noise += AbsTimes(mode_->solve_slope, (SizeOfRows(missing) - known).cwiseMax(0));
   noise = AbsTimes(mode_->solve_slope, noise) + AbsTimes(mode_->dynamics, x_noise);
   for (Index i = 0; i < noise.size(); ++i) {

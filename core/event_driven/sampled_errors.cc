@@ -107,14 +107,7 @@ Matrix SampledErrors::InRows(const SmoothStep& step, const OverlookedByCause& ov
 void SampledErrors::Propagate(const SmoothStep& step, const OverlookedByCause& overlooked, double s_end) {
   const Mode& mode = step.stepper->mode();
   double sign = 1;
-  ModeStepper::Response response = step.stepper->RespondAt(s_end, values_, InRows(step, overlooked, sign));
-  values_ = std::move(response.values);
-  slopes_ = std::move(response.slopes);
-  // In the triangular form they have the rounding of others.
-  for (const Index i : step.unreached) {
-    values_.row(i).setZero();
-    slopes_.row(i).setZero();
-  }
+  Become(step.stepper->RespondAt(s_end, values_, InRows(step, overlooked, sign)), step);
   if (s_end == 1) {
     const Vector left = ValueOf(step.left, LegendreValues(1));
     for (Index e = 0; e < kOfRounding; ++e) {
@@ -133,6 +126,22 @@ void SampledErrors::Propagate(const SmoothStep& step, const OverlookedByCause& o
   const Vector tail = PartOfTail(s_end) * step.x_tail;
   AddTo(kTruncation, overlooked.truncation.x + tail);
   values_.col(kWithSigns) += sign * (overlooked.with_signs.x + TailWithSigns(step.x, tail));
+}
+
+SampledErrors SampledErrors::Inside(const SmoothStep& step, double s) const {
+  SampledErrors inside = *this;
+  inside.Become(step.stepper->Respond(values_, Matrix(), LegendreValues(s)), step);
+  return inside;
+}
+
+void SampledErrors::Become(ModeStepper::Response response, const SmoothStep& step) {
+  values_ = std::move(response.values);
+  slopes_ = std::move(response.slopes);
+  // In the triangular form they have the rounding of others.
+  for (const Index i : step.unreached) {
+    values_.row(i).setZero();
+    slopes_.row(i).setZero();
+  }
 }
 
 void SampledErrors::AddRounding(const Vector& amount) {

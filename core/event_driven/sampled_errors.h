@@ -47,6 +47,8 @@ class SampledErrors {
   void BeginStep() { ++steps_; }
   // Over `step` up to the position `s_end`. Cost: five solves of a step without refinement.
   void Propagate(const SmoothStep& step, const OverlookedByCause& overlooked, double s_end);
+  // What they are at the position `s` inside `step`, which they are at the start of, without what the step adds.
+  SampledErrors Inside(const SmoothStep& step, double s) const;
   // Adds errors of these sizes, with the signs that add to each sample.
   void AddRounding(const Vector& amount);
   void AddTruncation(const Vector& amount);
@@ -69,11 +71,13 @@ class SampledErrors {
   void AddTo(Index error, const Vector& amount) {
     values_.col(error) += Signs(error, values_.col(error)).cwiseProduct(amount);
   }
+  // Puts what a step makes of them in their place.
+  void Become(ModeStepper::Response response, const SmoothStep& step);
   // What acts on the rows of the mode on a step. Sets `sign`, of the truncation with signs on all of the step.
   Matrix InRows(const SmoothStep& step, const OverlookedByCause& overlooked, double& sign) const;
 
   Matrix values_;
-  Matrix slopes_;  // their derivatives at the end of the last step, if its mode is not explicit
+  Matrix slopes_;  // their derivatives at that place of the step, if its mode is not explicit
   unsigned steps_ = 0;
   Matrix signs_;    // for the first two samples
   Matrix of_data_;  // the parts that each sample has of the rounding of the data, which stays the same

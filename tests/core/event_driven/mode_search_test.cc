@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -27,10 +26,7 @@ TEST(ModeSearchTest, YCountsAsItGrows) {
     problem.g = TimeFunction::Formulas({"-t^" + n, std::to_string(0.5 / (power + 1) + 0.5) + "*t^(" + n + "+1)"});
     problem.x0 = Vector{{0}};
     problem.horizon = 1;
-    Options options;
-    options.method = Method::kEventDriven;
-    options.error_tolerance = 1e-8;
-    const Solution solution = testing::SolveWith(problem, options);
+    const Solution solution = testing::SolveAt(problem, 1e-8);
     EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kSolved) << power << ": " << JudgeSolution(solution).text;
     EXPECT_EQ(solution.switching_times.size(), 1) << power;
     EXPECT_LE(solution.cost.lcps, 4) << power;
