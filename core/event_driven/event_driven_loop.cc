@@ -502,10 +502,10 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   event_step_.reset();
 }
 
-// How far the time of the start is known: where N x0 + g moves through a zero that is one to rounding, the true one may
-// be a little later, and the pair only then become active or leave. If M is singular, y may jump then: its w_i came to
-// zero by the y that there were before.
-double EventDrivenLoop::ErrorOfStart() const {
+// How far the time of the start is known: where N x0 + g moves through a zero that is one to rounding, or to the LCP,
+// the true one may be a little later, and the pair only then become active or leave. If M is singular, y may jump then:
+// its w_i came to zero by the y that there were before.
+double EventDrivenLoop::ErrorOfStart() {
   const LegendreVector at_begin = LegendreValues(-1);
   const Vector guards = ValueOf(step_.guard.values, at_begin);
   const Vector slopes = 2 / sources_.length * ValueOf(step_.guard.values, LegendreSlopes(at_begin));
@@ -513,17 +513,24 @@ double EventDrivenLoop::ErrorOfStart() const {
   Vector of_y = Vector::Zero(slopes.size()), speeds = slopes;
   of_y(active) = slopes(active);
   speeds(active) = Vector(problem_.M * of_y)(active);
-  const Vector rounding = kLcpTolerance * context_.starts.row_size;
+  const Vector y = ValueOf(step_.y, at_begin);
+  Vector g(guards.size()), g_terms(guards.size());
+  sampler_.G(t_, Side::kRight, g);
+  sampler_.TermsOfG(t_, g_terms);
+  const Vector q = problem_.N * x_start_ + g;
+  const Vector zero = kLcpTolerance * context_.starts.row_size;
+  const auto is_at_edge = (q.array().abs() <= zero.array()).eval();
+  const Vector terms = problem_.N.AbsTimes(x_start_.cwiseAbs()) + g_terms + problem_.M.AbsTimes(y.cwiseAbs());
+  const Vector off = RoundingOfProduct(problem_.num_states() + problem_.num_constraints()) * terms +
+                     Vector(is_at_edge.select(q.cwiseAbs(), 0));
   double error = 0;
   const auto raise = [&](Index i, double speed) {
-    if (rounding[i] < speed * sources_.length) error = std::max(error, rounding[i] / speed);
+    if (zero[i] < speed * sources_.length) error = std::max(error, off[i] / speed);
   };
   for (Index i = 0; i < guards.size(); ++i) {
     if (std::abs(guards[i]) <= step_.guard.error.rounding[i]) raise(i, std::abs(speeds[i]));
   }
-  const Vector q = problem_.N * x_start_ + ValueOf(sources_.g.values, at_begin);
-  const auto is_at_edge = (q.array().abs() <= rounding.array()).eval();
-  const Vector y_before = is_at_edge.select(0, ValueOf(step_.y, at_begin));
+  const Vector y_before = is_at_edge.select(0, y);
   const Vector x_slope = problem_.A * x_start_ + problem_.B * y_before + ValueOf(sources_.f.values, at_begin);
   const Vector q_slope =
       problem_.N * x_slope + 2 / sources_.length * ValueOf(sources_.g.values, LegendreSlopes(at_begin));

@@ -69,7 +69,7 @@ class EventDrivenLoop {
   Progressed FailNonFinite();
   DataSizes SizesSoFar() const;
   void TakeStep(const Mode& mode, const Vector& start, const EventGap* gap);
-  double ErrorOfStart() const;
+  double ErrorOfStart();
   bool HasDips(double s_end, double length);
   void MeasureOutputs(double s_end);
   void NoteInterval(double end, const Mode* mode);

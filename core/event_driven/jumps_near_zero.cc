@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/event_driven/magnitudes.h"
@@ -51,14 +52,15 @@ Vector JumpAcross(const Problem& problem, LcpSolver& lcp, const SmoothStep& step
   return status == LcpStatus::kSolved ? Vector(after - y) : Vector::Zero(y.size());
 }
 
-// How fast the w_i of a pair falls, beyond what that is off by. It is from the equations: the polynomial of w_i has the
-// rounding of w_i over the length. Where y depends on x', that of M y is left.
+// How fast the w_i of a pair falls. It is from the equations: the polynomial of w_i has the rounding of w_i over the
+// length. Where y depends on x', that of M y is left.
 class SpeedOfFall {
  public:
-  // Keeps references. `sources` has the slope of g. `slope_error`: what x' is off by.
-  SpeedOfFall(const Problem& problem, const SmoothStep& step, const StepSources& sources, Index pair,
-              const Vector& slope_error)
+  // Keeps references, and samples the slope of g. `x_error` and `y_error`: what x and y are off by.
+  SpeedOfFall(const Problem& problem, const SmoothStep& step, Index pair, const Vector& x_error, const Vector& y_error,
+              SourceSampler& sampler, StepSources& sources)
       : step_(step), sources_(sources) {
+    if (!sources.g.is_steady && sources.g.slope.rows() == 0) sampler.SampleSlope(sources);
     const Mode& mode = step.stepper->mode();
     if (mode.is_explicit()) {
       row_ = mode.guard.state.row(pair);
@@ -72,14 +74,21 @@ class SpeedOfFall {
     of_y_ = row_ * problem.B.Dense();
     x_terms_ = row_.cwiseAbs().lazyProduct(problem.A.Dense().cwiseAbs());
     y_terms_ = row_.cwiseAbs().lazyProduct(problem.B.Dense().cwiseAbs());
-    error_ = row_.cwiseAbs().dot(slope_error);
+    error_ = row_.cwiseAbs().dot(problem.A.AbsTimes(x_error) + problem.B.AbsTimes(y_error));
     if (!sources.g.is_steady) error_ += row_g_.cwiseAbs().dot(sources.g.slope_rounding);
   }
 
-  // The largest one on a part of the step.
-  double On(PartOfStep part) const {
-    Vector s(kLegendreSize + 1);
-    s << part.begin, part.begin + (part.end - part.begin) * (1 + GetLegendreBasis().nodes.array()) / 2;
+  // The largest one on a part of the step, beyond what it is off by.
+  double Known(PartOfStep part) const { return On(part, -1); }
+  // The largest one that it may be, for what it is off by.
+  double Possible(PartOfStep part) const { return On(part, 1); }
+
+ private:
+  using Row = Eigen::RowVectorXd;
+
+  // With so many times what it is off by.
+  double On(PartOfStep part, double errors) const {
+    const Vector s = part.begin + (part.end - part.begin) * (1 + GetLegendreBasis().nodes.array()) / 2;
     LegendreRows at;
     LegendreValuesAt(s, at);
     const Matrix x = step_.x.lazyProduct(at.transpose());
@@ -94,12 +103,10 @@ class SpeedOfFall {
     }
     double speed = 0;
     for (Index k = 0; k < s.size(); ++k)
-      speed = NanMax(speed, -slope[k] - RoundingOf(kOperationsOfSlope) * terms[k] - error_);
+      speed = NanMax(speed, errors * (RoundingOf(kOperationsOfSlope) * terms[k] + error_) - slope[k]);
     return speed;
   }
 
- private:
-  using Row = Eigen::RowVectorXd;
   const SmoothStep& step_;
   const StepSources& sources_;
   Row row_, row_g_, of_x_, of_y_, x_terms_, y_terms_;
@@ -107,23 +114,94 @@ class SpeedOfFall {
   double error_;
 };
 
+// Whether the w_i of a pair that is not active is above zero by its rounding at times inside a part of a step, or zero
+// without rounding. Its polynomial has the rounding of the largest value of the step everywhere, and N x + g at
+// one time may have less. `of_state`: the rounding of that by x at the start.
+bool IsSurelyPositive(const Problem& problem, const SmoothStep& step, Index i, PartOfStep part, double of_state,
+                      SourceSampler& sampler, const StepSources& sources) {
+  const Mode& mode = step.stepper->mode();
+  if (!mode.is_explicit()) return false;
+  const Eigen::RowVectorXd of_x = mode.guard.state.row(i);
+  const bool has_g = mode.guard.g.size() > 0;
+  const double part_rounded = RoundingOfProduct(problem.num_states() + problem.num_constraints());
+  const double of_start = of_x.cwiseAbs().dot(kOfNoise * step.x_error.rounding) + of_state;
+  Vector g(problem.num_constraints()), g_terms(g.size());
+  // A power of the time since its begin keeps its sign for octaves.
+  for (double length = part.end - part.begin; part.begin + length > part.begin; length /= 2) {
+    const double s = part.begin + length;
+    const Vector x = ValueOf(step.x, LegendreValues(s));
+    BoundedSum w{of_x.dot(x), of_x.cwiseAbs().dot(x.cwiseAbs())};
+    if (has_g) {
+      const double time = sources.begin + (1 + s) / 2 * sources.length;
+      sampler.G(time, Side::kRight, g);
+      sampler.TermsOfG(time, g_terms);
+      w.value += mode.guard.g.row(i).dot(g);
+      w.terms += mode.guard.g.row(i).cwiseAbs().dot(g_terms);
+    }
+    if (!(w.value >= part_rounded * w.terms + of_start)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 JumpsNearZero::JumpsNearZero(const Problem& problem, Selection selection, bool y_is_lipschitz)
-    : problem_(problem), selection_(selection) {
-  if (y_is_lipschitz) return;
+    : problem_(problem), selection_(selection), y_is_lipschitz_(y_is_lipschitz) {
   const Matrix &B = problem.B.Dense(), &N = problem.N.Dense(), &M = problem.M.Dense();
   for (Index i = 0; i < problem.num_constraints(); ++i) {
-    if (M(i, i) == 0) pairs_.push_back({i, std::abs(N.row(i).dot(B.col(i)))});
+    const double moves = N.row(i).dot(B.col(i));
+    pairs_.push_back({i, M(i, i), std::abs(moves), moves > 0});
   }
 }
 
 void JumpsNearZero::AddTo(const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end,
                           bool begins_mode, std::optional<Index> ends_mode, SourceSampler& sampler,
                           StepSources& sources, OverlookedByCause& overlooked) {
+  const std::vector<Index>& active = step.stepper->mode().active;
   for (OfPair& of : pairs_) {
-    AddOf(of, step, of_state, x_error, s_end, begins_mode, of.pair == ends_mode, sampler, sources, overlooked);
+    const bool is_active = std::binary_search(active.begin(), active.end(), of.pair), ends = of.pair == ends_mode;
+    if (!is_active) AddHidden(of, step, of_state, s_end, ends, sampler, sources, overlooked);
+    if (of.M == 0 && !y_is_lipschitz_)
+      AddOf(of, step, of_state, x_error, s_end, begins_mode, ends, sampler, sources, overlooked);
   }
+}
+
+// Where w_i is as near to zero as its rounding, and does not surely rise as from an event, y_i may be what holds it up:
+// by M_ii y_i, no more than that rounding; or through x, where it lifts w_i by no more than that rounding, nor than w_i
+// may have fallen.
+void JumpsNearZero::AddHidden(const OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, double s_end,
+                              bool ends_mode, SourceSampler& sampler, StepSources& sources,
+                              OverlookedByCause& overlooked) const {
+  const Index i = of.pair;
+  if (!(of.M > 0) && of.moves == 0) return;
+  const double rounding = kOfNoise * step.guard.error.rounding[i] + of_state.rounding[i];
+  const LegendreVector guard = step.guard.values.row(i).transpose();
+  if (guard[0] - guard.tail<kLegendreDegree>().cwiseAbs().sum() > rounding) return;
+  const std::vector<PartOfStep> parts = PartsNearZero(guard, rounding, s_end, ends_mode);
+  // The slope of a polynomial of degree K that is no larger than `rounding` is at most K² times as large (Markov).
+  constexpr double kOfSlope = kLegendreDegree * kLegendreDegree;
+  const LegendreVector slope = DerivativeOf(guard);
+  const auto may_hide = [&](const PartOfStep& part) {
+    const bool surely_rises =
+        std::min(slope.dot(LegendreValues(part.begin)), slope.dot(LegendreValues(part.end))) > kOfSlope * rounding;
+    return !surely_rises && !IsSurelyPositive(problem_, step, i, part, of_state.rounding[i], sampler, sources);
+  };
+  if (std::none_of(parts.begin(), parts.end(), may_hide)) return;
+  Vector y_error = Vector::Zero(problem_.num_constraints());
+  for (const Index k : step.stepper->mode().active)
+    y_error[k] = of_state.rounding[k] + kOfNoise * step.guard.error.rounding[k];
+  const SpeedOfFall speed(problem_, step, i, kOfNoise * step.x_error.rounding, y_error, sampler, sources);
+  // Between two of the parts it falls.
+  const double falls = speed.Possible({parts.front().begin, parts.back().end});
+  if (falls == 0) return;
+  double length = 0;
+  for (const PartOfStep& part : parts) length += part.end - part.begin;
+  double integral = std::numeric_limits<double>::infinity();  // of y_i over s
+  if (of.M > 0) integral = length * rounding / of.M;
+  if (!(of.M > 0) || of.lifts) {
+    integral = std::min(integral, std::min(length * falls, 2 * rounding / sources.length) / of.moves);
+  }
+  overlooked.rounding.slope += integral / (1 + s_end) * problem_.B.Dense().col(i).cwiseAbs();
 }
 
 void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error,
@@ -138,16 +216,14 @@ void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds&
   const bool leaves_event = std::exchange(of.leaves_event, false) || begins_mode;
   std::vector<PartOfStep> near = PartsNearZero(guard, within_both, s_end, ends_mode);
   if (near.empty()) return of.EndRow();
-  if (!sources.g.is_steady && sources.g.slope.rows() == 0) sampler.SampleSlope(sources);
   Vector y_error = Vector::Zero(problem_.num_constraints());
   for (const Index k : mode.active)
     y_error[k] = of_state.truncation[k] + of_state.rounding[k] + kOfNoise * step.guard.error.rounding[k];
-  const Vector slope_error = problem_.A.AbsTimes(x_error + step.x_error.truncation + kOfNoise * step.x_error.rounding) +
-                             problem_.B.AbsTimes(y_error);
-  const SpeedOfFall speed(problem_, step, sources, i, slope_error);
+  const SpeedOfFall speed(problem_, step, i, x_error + step.x_error.truncation + kOfNoise * step.x_error.rounding,
+                          y_error, sampler, sources);
   // Nothing is hidden where the guard rises from the event that its mode began with.
   const auto drop_rise = [&](std::vector<PartOfStep>& parts) {
-    if (!leaves_event || parts.empty() || parts.front().begin != -1 || speed.On(parts.front()) != 0) return;
+    if (!leaves_event || parts.empty() || parts.front().begin != -1 || speed.Known(parts.front()) != 0) return;
     of.leaves_event = of.leaves_event || parts.front().end == s_end;
     parts.erase(parts.begin());
   };
@@ -168,7 +244,7 @@ void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds&
   const auto integral_on = [&](const std::vector<PartOfStep>& parts) {
     double integral = 0;
     for (const PartOfStep& part : parts) {
-      const double y = y_jumps ? 1 : speed.On(part) / of.moves;
+      const double y = y_jumps ? 1 : speed.Known(part) / of.moves;
       largest = NanMax(largest, y);
       integral += (part.end - part.begin) * y;
     }

@@ -18,19 +18,23 @@
 
 namespace dlcs {
 
-// Pairs whose y_i does not move w_i at once. Where their guard passes zero, y jumps: that y_i which holds w_i at zero
-// through x (contact), or other y (relays). So while the guard is nearer to zero than its error, it is not known on
-// which side of the jump y is. As at an event whose time is known no better, y is off by (y⁻ - y⁺) δt / T, with δt the
-// time for which this lasts; beside relays x' is off by their jump, too.
+// What is not known of y where guards are as near to zero as their errors.
+//
+// Where y_i does not move w_i at once and its guard passes zero, y jumps: that y_i which holds w_i at zero through x
+// (contact), or other y (relays). So while the guard is nearer to zero than its error, it is not known on which side of
+// the jump y is. As at an event whose time is known no better, y is off by (y⁻ - y⁺) δt / T, with δt the time for which
+// this lasts; beside relays x' is off by their jump, too.
+//
+// And where w_i is as near to zero as its rounding, a y_i > 0 may be hidden that moves x.
 class JumpsNearZero {
  public:
-  // Keeps a reference. There are none where y is a Lipschitz function of x.
+  // Keeps a reference. Nothing jumps where y is a Lipschitz function of x.
   JumpsNearZero(const Problem& problem, Selection selection, bool y_is_lipschitz);
 
   // Adds those of a step up to `s_end`; of relays in modes where y is determined without x'. `begins_mode`: the step is
   // the first one of its mode; `ends_mode`: the guard that ends it, if one does. `of_state`: the errors of guards that
-  // those of the state before the step, `x_error`, make. Samples g' where a guard comes near zero. Cost: K² for each of
-  // the pairs, and an LCP where its guard comes near zero.
+  // those of the state before the step, `x_error`, make. Samples g and g' where a guard comes near zero. Cost: K² for
+  // each of the pairs, and an LCP where its guard comes near zero.
   void AddTo(const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end, bool begins_mode,
              std::optional<Index> ends_mode, SourceSampler& sampler, StepSources& sources,
              OverlookedByCause& overlooked);
@@ -39,18 +43,23 @@ class JumpsNearZero {
   // y of a pair, over the steps in a row on which its guard is near zero.
   struct OfPair {
     Index pair;
-    double moves;  // w_i by y_i, a unit of time
+    double M;      // w_i by y_i at once
+    double moves;  // w_i by y_i, a unit of time; its size
+    bool lifts;    // moves w_i up
     Vector truncation = {}, rounding = {};
     bool leaves_event = false;  // the guard has been near zero, and rising, since its mode began
 
     void EndRow() { truncation = rounding = {}; }
   };
+  void AddHidden(const OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, double s_end, bool ends_mode,
+                 SourceSampler& sampler, StepSources& sources, OverlookedByCause& overlooked) const;
   void AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end,
              bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
              OverlookedByCause& overlooked);
 
   const Problem& problem_;
   const Selection selection_;
+  const bool y_is_lipschitz_;
   std::vector<OfPair> pairs_;
   std::unique_ptr<LcpSolver> lcp_;  // for M, once it was needed
 };

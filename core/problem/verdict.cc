@@ -86,10 +86,12 @@ std::string Beside(const NamedComponent& named) {
   return named.beside ? ", beside " + named.beside_name + " of " + Figure(named.beside_own) : "";
 }
 
-// "x[2] is zero: 2e-14, beside x[0] of 31"
+// "x[2] is zero: 2e-14 (rounding 5e-14), beside x[0] of 31"
 std::string SmallText(const NamedComponent& named) {
   std::string text = named.name + " is ";
-  if (named.knowledge == Knowledge::kZero) return text + "zero: " + Figure(named.own) + Beside(named);
+  if (named.knowledge == Knowledge::kZero) {
+    return text + "zero: " + Figure(named.own) + " (rounding " + Figure(named.rounding) + ")" + Beside(named);
+  }
   text += Figure(named.own);
   text += named.digits > 0 ? ", known to " + std::to_string(named.digits) + (named.digits == 1 ? " digit" : " digits")
                            : ", of which no digit is known";

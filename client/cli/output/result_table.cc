@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client/cli/output/result_output.h"
@@ -291,21 +292,31 @@ void PrintCost(const v1::Cost& cost, int width, std::FILE* out) {
   Paragraphs(width, out).Print("", fmt::format("{}; {:.2g} s ({})", counts, cost.seconds_total(), seconds));
 }
 
+// Whether a sentence is a part of a text, but for its first letter and its period.
+bool Says(const std::string& text, std::string_view sentence) {
+  if (!sentence.empty() && sentence.back() == '.') sentence.remove_suffix(1);
+  return sentence.size() > 1 && text.find(sentence.substr(1)) != std::string::npos;
+}
+
 }  // namespace
 
 void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out) {
   const v1::Summary& summary = result.summary;
-  fmt::print(out, "{}: {}\n", name, VerdictText(summary));
+  const std::string verdict = VerdictText(summary);
+  fmt::print(out, "{}: {}\n", name, verdict);
   Paragraphs paper(width, out);
+  const auto print_unless_said = [&](const char* kind, const std::string& sentence) {
+    if (!Says(verdict, sentence)) paper.Print(kind, sentence);
+  };
   if (!summary.message().empty()) paper.Print("", summary.message());
   // A refused problem has no method and no steps to report.
   const bool refused = summary.termination() == v1::TERMINATION_UNSUPPORTED && summary.cost().lcps() == 0;
   if (!refused)
     paper.Print("", fmt::format("Method {}{}{}", Word(summary.method()), summary.reason().empty() ? "" : ": ",
                                 summary.reason()));
-  for (const std::string& concern : summary.verdict().concerns()) paper.Print("Warning: ", concern);
+  for (const std::string& concern : summary.verdict().concerns()) print_unless_said("Warning: ", concern);
   for (const std::string& warning : summary.warnings()) paper.Print("Warning: ", warning);
-  for (const std::string& note : summary.verdict().notes()) paper.Print("Note: ", note);
+  for (const std::string& note : summary.verdict().notes()) print_unless_said("Note: ", note);
   if (!result.times.empty()) {
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
   }

@@ -130,5 +130,76 @@ TEST(HiddenJumpsTest, CountAsErrorsOfY) {
   }
 }
 
+// Behind `begin`, w would fall for the time `duration`, and y keeps it from that: by a force (M = 0) or by itself
+// (M = 1). Another state is moved by B y with ∫ B y = 1. Where the fall is short, w is no more than the rounding that
+// its values have on a step.
+TEST(HiddenJumpsTest, MoveTheStatesBesideThem) {
+  for (const bool has_force : {true, false}) {
+    for (const double begin : {0.0, 0.5}) {
+      for (const int power : {1, 3, 5}) {
+        for (const double size : {0.1, 1e-2, 1e-3, 1e-5}) {
+          const double n = power, duration = has_force ? size / (n + 2) : size;
+          const std::string t = "max(0,t-" + FormatNumber(begin) + ")^", a = FormatNumber(size) + "*";
+          Problem problem;
+          problem.horizon = 1;
+          if (has_force) {
+            const double integral = size * std::pow(duration, n + 1) / (n + 1) - std::pow(duration, n + 2);
+            problem.A = Matrix::Zero(2, 2);
+            problem.B = Matrix{{1.0}, {1 / integral}};
+            problem.N = Matrix{{1.0, 0.0}};
+            problem.M = Matrix{{0.0}};
+            problem.x0 = Vector{{0.0, 0.0}};
+            problem.f = TimeFunction::Formulas({"-" + a + t + std::to_string(power), "0"});
+            problem.g = TimeFunction::Formulas({t + std::to_string(power + 2)});
+          } else {
+            const double integral = std::pow(size, n + 2) * (1 / (n + 1) - 1 / (n + 2));
+            problem.A = Matrix{{0.0}};
+            problem.B = Matrix{{1 / integral}};
+            problem.N = Matrix{{0.0}};
+            problem.M = Matrix{{1.0}};
+            problem.x0 = Vector{{0.0}};
+            problem.f = TimeFunction::Constant(Vector{{0.0}});
+            problem.g = TimeFunction::Formulas({t + std::to_string(power + 1) + "-" + a + t + std::to_string(power)});
+          }
+          const std::string where = std::string(has_force ? "M = 0" : "M = 1") + ", from " + FormatNumber(begin) +
+                                    ", power " + std::to_string(power) + ", " + FormatNumber(size);
+          for (const double tolerance : {1e-8, 1e-3}) {
+            const Solution solution = SolveAt(problem, tolerance, {0, 1});
+            const bool is_solved = JudgeSolution(solution).kind == VerdictKind::kSolved;
+            if (is_solved) {
+              EXPECT_NEAR(testing::LastState(solution).tail(1)[0], 1, tolerance) << where;
+            }
+            if (duration > 0.02) {
+              EXPECT_TRUE(is_solved) << where << ": " << JudgeSolution(solution).text;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+// A state that a contact could move is zero: w rises from zero, where rounding of its values hides which side it is on.
+TEST(HiddenJumpsTest, AStateThatNothingMovesIsZero) {
+  for (const double M : {0.0, 1.0}) {
+    for (const double A : {-1.0, 0.0}) {
+      for (const char* g : {"t^4", "t^2", "t", "max(0,t-0.5)", "max(0,t-0.5)^3", "max(0,t-0.25)*max(0,t-0.5)"}) {
+        Problem problem;
+        problem.A = Matrix{{A}};
+        problem.B = problem.N = Matrix{{1.0}};
+        problem.M = Matrix{{M}};
+        problem.f = TimeFunction::Constant(Vector{{0.0}});
+        problem.g = TimeFunction::Formulas({g});
+        problem.x0 = Vector{{0.0}};
+        problem.horizon = 1;
+        for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
+          const Verdict verdict = JudgeSolution(SolveAt(problem, tolerance));
+          EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << M << " " << A << " " << g << ": " << verdict.text;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dlcs

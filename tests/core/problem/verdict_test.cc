@@ -163,7 +163,8 @@ TEST(VerdictTest, NamesWhatIsZeroOrNegligible) {
   EXPECT_EQ(zero.kind, VerdictKind::kSolved);
   EXPECT_TRUE(zero.success);
   EXPECT_EQ(zero.text,
-            "SOLVED within an error of 1e-06, estimated error 1e-09; i(Ln) is zero: 2e-14, beside i(La) of 31");
+            "SOLVED within an error of 1e-06, estimated error 1e-09; i(Ln) is zero: 2e-14 (rounding 5e-14), "
+            "beside i(La) of 31");
   named = {.component = {},
            .knowledge = Knowledge::kNegligible,
            .own = 1.2e-12,

@@ -178,6 +178,17 @@ TEST(ResultTableTest, EndsWithACertificateInWords) {
   EXPECT_THAT(table, Not(HasSubstr("shorter steps")));
 }
 
+TEST(ResultTableTest, SaysNothingTwice) {
+  SolveResult result = ResultExample();
+  v1::Verdict& verdict = *result.summary.mutable_verdict();
+  verdict.set_text("reached T: x1 has an error of 2e-05, allowed is 1e-06, because of steps (and 1 more)");
+  verdict.add_concerns("x1 has an error of 2e-05, allowed is 1e-06, because of steps.");
+  verdict.add_concerns("x2 has an error of 3e-06, allowed is 1e-06, because of steps.");
+  const std::string table = Printed([&](std::FILE* out) { PrintTable("", result, 100, out); });
+  EXPECT_THAT(table, Not(HasSubstr("Warning: x1")));
+  EXPECT_THAT(table, HasSubstr("Warning: x2 has an error of 3e-06"));
+}
+
 TEST(ResultTableTest, NamesThePropagator) {
   SolveResult result = ResultExample();
   result.summary.mutable_propagator()->set_used(v1::PROPAGATOR_KIND_KRONECKER_SUM);
