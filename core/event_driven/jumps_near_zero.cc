@@ -56,9 +56,10 @@ Vector JumpAcross(const Problem& problem, LcpSolver& lcp, const SmoothStep& step
 // length. Where y depends on x', that of M y is left.
 class SpeedOfFall {
  public:
-  // Keeps references, and samples the slope of g. `x_error` and `y_error`: what x and y are off by.
-  SpeedOfFall(const Problem& problem, const SmoothStep& step, Index pair, const Vector& x_error, const Vector& y_error,
-              SourceSampler& sampler, StepSources& sources)
+  // Keeps references, and samples the slope of g. `x_error` and `guard_error`: what x and the guards are off by, beside
+  // the rounding of the step.
+  SpeedOfFall(const Problem& problem, const SmoothStep& step, Index pair, const Vector& x_error,
+              const Vector& guard_error, SourceSampler& sampler, StepSources& sources)
       : step_(step), sources_(sources) {
     if (!sources.g.is_steady && sources.g.slope.rows() == 0) sampler.SampleSlope(sources);
     const Mode& mode = step.stepper->mode();
@@ -74,7 +75,10 @@ class SpeedOfFall {
     of_y_ = row_ * problem.B.Dense();
     x_terms_ = row_.cwiseAbs().lazyProduct(problem.A.Dense().cwiseAbs());
     y_terms_ = row_.cwiseAbs().lazyProduct(problem.B.Dense().cwiseAbs());
-    error_ = row_.cwiseAbs().dot(problem.A.AbsTimes(x_error) + problem.B.AbsTimes(y_error));
+    Vector y_error = Vector::Zero(problem.num_constraints());
+    for (const Index k : mode.active) y_error[k] = guard_error[k] + kOfNoise * step.guard.error.rounding[k];
+    error_ = row_.cwiseAbs().dot(problem.A.AbsTimes(x_error + kOfNoise * step.x_error.rounding) +
+                                 problem.B.AbsTimes(y_error));
     if (!sources.g.is_steady) error_ += row_g_.cwiseAbs().dot(sources.g.slope_rounding);
   }
 
@@ -115,8 +119,8 @@ class SpeedOfFall {
 };
 
 // Whether the w_i of a pair that is not active is above zero by its rounding at times inside a part of a step, or zero
-// without rounding. Its polynomial has the rounding of the largest value of the step everywhere, and N x + g at
-// one time may have less. `of_state`: the rounding of that by x at the start.
+// without rounding. Its polynomial has the rounding of the largest value of the step everywhere, and N x + g at one
+// time may have less. `of_state`: what the rounding of x at the start makes of w_i.
 bool IsSurelyPositive(const Problem& problem, const SmoothStep& step, Index i, PartOfStep part, double of_state,
                       SourceSampler& sampler, const StepSources& sources) {
   const Mode& mode = step.stepper->mode();
@@ -162,7 +166,7 @@ void JumpsNearZero::AddTo(const SmoothStep& step, const ErrorBounds& of_state, c
     const bool is_active = std::binary_search(active.begin(), active.end(), of.pair), ends = of.pair == ends_mode;
     if (!is_active) AddHidden(of, step, of_state, s_end, ends, sampler, sources, overlooked);
     if (of.M == 0 && !y_is_lipschitz_)
-      AddOf(of, step, of_state, x_error, s_end, begins_mode, ends, sampler, sources, overlooked);
+      AddJump(of, step, of_state, x_error, s_end, begins_mode, ends, sampler, sources, overlooked);
   }
 }
 
@@ -176,8 +180,8 @@ void JumpsNearZero::AddHidden(const OfPair& of, const SmoothStep& step, const Er
   if (!(of.M > 0) && of.moves == 0) return;
   const double rounding = kOfNoise * step.guard.error.rounding[i] + of_state.rounding[i];
   const LegendreVector guard = step.guard.values.row(i).transpose();
-  if (guard[0] - guard.tail<kLegendreDegree>().cwiseAbs().sum() > rounding) return;
   const std::vector<PartOfStep> parts = PartsNearZero(guard, rounding, s_end, ends_mode);
+  if (parts.empty()) return;
   // The slope of a polynomial of degree K that is no larger than `rounding` is at most K² times as large (Markov).
   constexpr double kOfSlope = kLegendreDegree * kLegendreDegree;
   const LegendreVector slope = DerivativeOf(guard);
@@ -187,10 +191,8 @@ void JumpsNearZero::AddHidden(const OfPair& of, const SmoothStep& step, const Er
     return !surely_rises && !IsSurelyPositive(problem_, step, i, part, of_state.rounding[i], sampler, sources);
   };
   if (std::none_of(parts.begin(), parts.end(), may_hide)) return;
-  Vector y_error = Vector::Zero(problem_.num_constraints());
-  for (const Index k : step.stepper->mode().active)
-    y_error[k] = of_state.rounding[k] + kOfNoise * step.guard.error.rounding[k];
-  const SpeedOfFall speed(problem_, step, i, kOfNoise * step.x_error.rounding, y_error, sampler, sources);
+  const Vector exact = Vector::Zero(problem_.num_states());
+  const SpeedOfFall speed(problem_, step, i, exact, of_state.rounding, sampler, sources);
   // Between two of the parts it falls.
   const double falls = speed.Possible({parts.front().begin, parts.back().end});
   if (falls == 0) return;
@@ -204,9 +206,9 @@ void JumpsNearZero::AddHidden(const OfPair& of, const SmoothStep& step, const Er
   overlooked.rounding.slope += integral / (1 + s_end) * problem_.B.Dense().col(i).cwiseAbs();
 }
 
-void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error,
-                          double s_end, bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
-                          OverlookedByCause& overlooked) {
+void JumpsNearZero::AddJump(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error,
+                            double s_end, bool begins_mode, bool ends_mode, SourceSampler& sampler,
+                            StepSources& sources, OverlookedByCause& overlooked) {
   const Mode& mode = step.stepper->mode();
   const Index i = of.pair;
   const double noise = step.guard.error.rounding[i], rounding = of_state.rounding[i];
@@ -216,11 +218,8 @@ void JumpsNearZero::AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds&
   const bool leaves_event = std::exchange(of.leaves_event, false) || begins_mode;
   std::vector<PartOfStep> near = PartsNearZero(guard, within_both, s_end, ends_mode);
   if (near.empty()) return of.EndRow();
-  Vector y_error = Vector::Zero(problem_.num_constraints());
-  for (const Index k : mode.active)
-    y_error[k] = of_state.truncation[k] + of_state.rounding[k] + kOfNoise * step.guard.error.rounding[k];
-  const SpeedOfFall speed(problem_, step, i, x_error + step.x_error.truncation + kOfNoise * step.x_error.rounding,
-                          y_error, sampler, sources);
+  const SpeedOfFall speed(problem_, step, i, x_error + step.x_error.truncation, of_state.truncation + of_state.rounding,
+                          sampler, sources);
   // Nothing is hidden where the guard rises from the event that its mode began with.
   const auto drop_rise = [&](std::vector<PartOfStep>& parts) {
     if (!leaves_event || parts.empty() || parts.front().begin != -1 || speed.Known(parts.front()) != 0) return;

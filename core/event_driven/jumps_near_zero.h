@@ -53,9 +53,9 @@ class JumpsNearZero {
   };
   void AddHidden(const OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, double s_end, bool ends_mode,
                  SourceSampler& sampler, StepSources& sources, OverlookedByCause& overlooked) const;
-  void AddOf(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end,
-             bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
-             OverlookedByCause& overlooked);
+  void AddJump(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end,
+               bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
+               OverlookedByCause& overlooked);
 
   const Problem& problem_;
   const Selection selection_;
