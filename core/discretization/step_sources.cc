@@ -187,11 +187,13 @@ bool SourceSampler::Probe(StepSources& step) {
   true_f_.resize(sources_.num_states());
   true_g_.resize(sources_.num_constraints());
   for (const double t : cells_.TimesToCheck(step.begin, step.begin + step.length)) {
-    const LegendreVector at = LegendreValues(2 * (t - step.begin) / step.length - 1);
-    F(t, Side::kLeft, true_f_);
+    const double s = 2 * (t - step.begin) / step.length - 1;
+    const LegendreVector at = LegendreValues(s);
+    const Side side = s < 0 ? Side::kRight : Side::kLeft;  // times next to an end may be rounded to it
+    F(t, side, true_f_);
     const auto rounding_of_f = [&](Vector& bound) { sources_.RoundingOfF(t, bound); };
     look(at, true_f_, rounding_of_f, step.f);
-    G(t, Side::kLeft, true_g_);
+    G(t, side, true_g_);
     const auto rounding_of_g = [&](Vector& bound) { sources_.RoundingOfG(t, bound); };
     look(at, true_g_, rounding_of_g, step.g);
     ++evaluations_;

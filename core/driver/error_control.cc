@@ -275,7 +275,8 @@ absl::Status EstimateError(Task& task, Solution& solution) {
   const Grid& grid = task.plan.grid;
   if (!FitsBeside(task, WithOtherSteps(grid, 2, NodesCompared(task)),
                   BytesOf(solution) + sizeof(double) * 2.0 * grid.times.size())) {
-    solution.accuracy.note = "No estimate: a second solve does not fit into max_memory together with the trajectory.";
+    solution.accuracy.note =
+        "No estimate: a second solve does not fit into the memory allowed (--max-memory) together with the trajectory.";
     return absl::OkStatus();
   }
   if (task.stop.stop_requested()) {

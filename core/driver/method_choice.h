@@ -31,6 +31,8 @@ struct MethodChoice {
   // become active.
   std::vector<Index> impulsive_rows = {};
   std::string impulsive = {};  // DescribeRows() of impulsive_rows
+  // The same of the constraints that y never acts on, not even on its own: where w_i is zero, y_i may be any number.
+  std::string unreached = {};
 };
 
 // Returns the method of the options, or chooses one:

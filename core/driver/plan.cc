@@ -46,8 +46,8 @@ double LeastBytes(const Problem& problem, double steps, const Options& options) 
 
 void RefuseForMemory(double bytes, const Options& options, Plan& plan) {
   plan.predicted_bytes = bytes;
-  plan.method.refusal = "The solve needs about " + FormatNumber(bytes) +
-                        " bytes, more than max_memory = " + FormatNumber(options.max_memory) +
+  plan.method.refusal = "The solve needs about " + FormatNumber(bytes) + " bytes, more than " +
+                        MemoryLimitText(options) +
                         ". Ask for fewer steps or output times, or for a propagator that needs less.";
 }
 

@@ -195,7 +195,8 @@ PropagatorChoice ChooseStepping(const Problem& problem, const Options& options, 
     return Stepping(PropagatorKind::kIterativeStepping, "asked for");
   }
   if (!why_not.empty()) return Stepping(PropagatorKind::kSparseStepping, description);
-  const std::string too_large = description + ", and what sparse factors need would not fit into max_memory";
+  const std::string too_large =
+      description + ", and what sparse factors need would not fit into the memory allowed (--max-memory)";
   // Before the prediction of their size, which itself takes seconds for a million states.
   if (SparseStepBytes(problem, 0) > options.max_memory) return Stepping(PropagatorKind::kIterativeStepping, too_large);
   // Where factors take hardly any time their residuals are preferred, those of rounding.

@@ -96,6 +96,10 @@ AnalysisReport ReportOn(const Problem& problem, const Options& options, const Pl
     report.warnings.push_back("y affects " + plan.method.impulsive +
                               " only through two or more integrations: if it becomes active, solutions need impulses.");
   }
+  if (!plan.method.unreached.empty() && !plan.is_refused()) {
+    report.warnings.push_back("y never affects w of " + plan.method.unreached +
+                              ": where that w is zero, its y may be any number, and zero is taken.");
+  }
   return report;
 }
 

@@ -159,21 +159,22 @@ void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result
   accuracy.tolerance_is_default = by_default;
   accuracy.follows_tolerance = result.converges;
   const std::string steps = StepsText(solution.cost.steps);
-  accuracy.note = "The last of several solves, each with half the step of the one before; observed order " +
-                  FormatNumber(std::round(10 * result.order) / 10) + ".";
+  const std::string order = result.order ? "observed order " + FormatNumber(std::round(10 * *result.order) / 10) : "";
+  accuracy.note = "The last of several solves, each with half the step of the one before" +
+                  (order.empty() ? "" : "; " + order) + ".";
   solution.message = "Reached T = " + FormatNumber(system.horizon) + " in " + steps + ".";
   if (result.reached) return;
   // Grids that agree have not shown that they converge.
   if (ExcessOfTruncation(accuracy.errors, options, accuracy.tolerance) <= 1) {
     RaiseTruncation(2 * accuracy.tolerance, accuracy.errors);
   }
-  solution.message += by_default ? " The work allowed by default ended before the tolerance " +
-                                       FormatNumber(accuracy.tolerance) + " was reached: set a tolerance or steps."
-                                 : " The tolerance " + FormatNumber(accuracy.tolerance) +
-                                       " needs more steps than are allowed (observed order " +
-                                       FormatNumber(std::round(10 * result.order) / 10) + "). " +
-                                       (system.event_driven_serves ? "Use event-driven, or allow a larger error."
-                                                                   : "Allow a larger error.");
+  solution.message +=
+      by_default
+          ? " The work allowed by default ended before the tolerance " + FormatNumber(accuracy.tolerance) +
+                " was reached: set a tolerance or steps."
+          : " The tolerance " + FormatNumber(accuracy.tolerance) + " needs more steps than are allowed" +
+                (order.empty() ? "" : " (" + order + ")") + ". " +
+                (system.event_driven_serves ? "Use event-driven, or allow a larger error." : "Allow a larger error.");
 }
 
 absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution) {

@@ -160,6 +160,11 @@ void Convergence::Add(ComponentValues differences, double relative) {
   differences_.push_back({std::move(differences), relative});
 }
 
+std::optional<double> Convergence::observed_order() const {
+  const bool differ = std::ranges::all_of(differences_, [](const Difference& at) { return at.relative > 0; });
+  return differ && differences_.size() >= 2 ? std::optional(order()) : std::nullopt;
+}
+
 double Convergence::order() const {
   double order = expected_;
   for (std::size_t k = 1; k < differences_.size(); ++k) {
@@ -218,7 +223,7 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, 
       const double tolerance = control.options.error_tolerance;
       const auto excess_of = [&] { return ExcessOfTruncation(solution.accuracy.errors, control.options, tolerance); };
       double excess = convergence.empty() ? std::numeric_limits<double>::quiet_NaN() : excess_of();
-      if (!convergence.empty()) result.order = convergence.order();
+      result.order = convergence.observed_order();
       result.converges =
           convergence.shows_order() && !AgreesByChance(convergence.last_difference(), solution, tolerance);
       result.reached = result.converges && excess <= 1;

@@ -5,6 +5,7 @@
 #define DLCS_CORE_DRIVER_STEP_CONTROL_H_
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -32,6 +33,8 @@ class Convergence {
   bool shows_order() const { return differences_.size() >= 3; }
   // The lowest observed order, within [1/2, expected]; 1 before there is one.
   double order() const;
+  // The same where differences show it.
+  std::optional<double> observed_order() const;
   // The estimated errors of the finest trajectory: the last differences, or those extrapolated from earlier differences
   // if they are larger, times `safety` / (2^order - 1). Needs a difference; NaN if one is not finite.
   ComponentValues errors(double safety = 1) const;
@@ -97,7 +100,7 @@ struct TrialSolves {
 struct ControlledSolution {
   Solution solution;     // of the finest trial; the errors of its accuracy are set
   Grid grid = {};        // of the finest trial
-  double order = 1;      // the observed one
+  std::optional<double> order = {};  // the observed one; none before it shows, or where trials are the same
   bool converges = false;  // the solves have shown so; otherwise no tolerance can be reached
   bool reached = false;    // truncation is as small as the tolerances require (ExcessOfTruncation())
 };

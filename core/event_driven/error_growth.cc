@@ -69,7 +69,8 @@ ErrorGrowth::ErrorGrowth(const Problem& problem)
       y_(SignedErrorBounds::Zero(problem.num_constraints())),
       w_(SignedErrorBounds::Zero(problem.num_constraints())),
       outputs_(SignedErrorBounds::Zero(problem.outputs.shown())),
-      overlooked_y_(Vector::Zero(problem.num_constraints())) {}
+      overlooked_y_(Vector::Zero(problem.num_constraints())),
+      hidden_y_(overlooked_y_) {}
 
 double ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, const OverlookedByCause& overlooked,
                             double s_end, std::optional<Index> guard) {
@@ -284,6 +285,7 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const LegendreVector& slo
     Raise(y_, i, dip, dip, overlooked.rounding.y[i]);
   }
   overlooked_y_ = overlooked_y_.cwiseMax(overlooked.y_size);
+  hidden_y_ = hidden_y_.cwiseMax(overlooked.y_hidden);
   if (outputs_.rounding.size() == 0) return;
   const SignedErrorBounds outputs = InRows(mode.outputs, step.outputs, slope_at, shifts, left_inside);
   const Vector dips = problem_.outputs.D.AbsTimes(overlooked.truncation.y);
@@ -322,9 +324,14 @@ TrajectoryErrors ErrorGrowth::Errors(const Magnitudes& sizes) const {
     return ErrorsByCause{own, bounded(errors.Truncation()), bounded(errors.rounding)};
   };
   // A y_i that was always zero has the size of what may be missing of it.
-  const Vector y_sizes = (sizes.y.array() == 0).select(overlooked_y_, sizes.y);
+  const Vector missing = (overlooked_y_.array() > hidden_y_.array()).select(overlooked_y_, 0);
+  const Vector y_sizes = (sizes.y.array() == 0).select(missing, sizes.y);
   TrajectoryErrors errors{by_cause(sizes.x, x_), by_cause(y_sizes, y_), by_cause(sizes.w, w_),
                           by_cause(sizes.outputs, outputs_)};
+  // All that there is of a y_i that was always zero is what rounding hides of it.
+  for (Index i = 0; i < y_sizes.size(); ++i) {
+    if (sizes.y[i] == 0) errors.y.rounding[i] = NanMax(errors.y.rounding[i], hidden_y_[i]);
+  }
   // y_i and w_i are the two sides of one number, of which one that is always zero has an ulp, as w_i has of N x. Where
   // both are, that ulp decides which of them is zero. What is exactly zero remains so.
   for (Index i = 0; i < sizes.y.size(); ++i) {

@@ -88,6 +88,7 @@ class ErrorGrowth {
   Eigen::RowVectorXd shifts_;  // of the last event, by each error
   SignedErrorBounds x_, y_, w_, outputs_;
   Vector overlooked_y_;  // the largest y_size
+  Vector hidden_y_;      // the largest y_hidden
 };
 
 }  // namespace dlcs

@@ -164,7 +164,7 @@ void JumpsNearZero::AddTo(const SmoothStep& step, const ErrorBounds& of_state, c
   const std::vector<Index>& active = step.stepper->mode().active;
   for (OfPair& of : pairs_) {
     const bool is_active = std::binary_search(active.begin(), active.end(), of.pair), ends = of.pair == ends_mode;
-    if (!is_active) AddHidden(of, step, of_state, s_end, ends, sampler, sources, overlooked);
+    if (!is_active) AddHidden(of, step, of_state, s_end, ends_mode, sampler, sources, overlooked);
     if (of.M == 0 && !y_is_lipschitz_)
       AddJump(of, step, of_state, x_error, s_end, begins_mode, ends, sampler, sources, overlooked);
   }
@@ -174,13 +174,13 @@ void JumpsNearZero::AddTo(const SmoothStep& step, const ErrorBounds& of_state, c
 // by M_ii y_i, no more than that rounding; or through x, where it lifts w_i by no more than that rounding, nor than w_i
 // may have fallen.
 void JumpsNearZero::AddHidden(const OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, double s_end,
-                              bool ends_mode, SourceSampler& sampler, StepSources& sources,
+                              std::optional<Index> ends_mode, SourceSampler& sampler, StepSources& sources,
                               OverlookedByCause& overlooked) const {
   const Index i = of.pair;
   if (!(of.M > 0) && of.moves == 0) return;
   const double rounding = kOfNoise * step.guard.error.rounding[i] + of_state.rounding[i];
   const LegendreVector guard = step.guard.values.row(i).transpose();
-  const std::vector<PartOfStep> parts = PartsNearZero(guard, rounding, s_end, ends_mode);
+  const std::vector<PartOfStep> parts = PartsNearZero(guard, rounding, s_end, i == ends_mode);
   if (parts.empty()) return;
   // The slope of a polynomial of degree K that is no larger than `rounding` is at most K² times as large (Markov).
   constexpr double kOfSlope = kLegendreDegree * kLegendreDegree;
@@ -198,12 +198,22 @@ void JumpsNearZero::AddHidden(const OfPair& of, const SmoothStep& step, const Er
   if (falls == 0) return;
   double length = 0;
   for (const PartOfStep& part : parts) length += part.end - part.begin;
-  double integral = std::numeric_limits<double>::infinity();  // of y_i over s
-  if (of.M > 0) integral = length * rounding / of.M;
+  double largest = std::numeric_limits<double>::infinity(), integral = largest;  // of y_i, that over s
+  if (of.M > 0) {
+    largest = rounding / of.M;
+    integral = length * largest;
+  }
   if (!(of.M > 0) || of.lifts) {
+    double in_parts = 0;
+    for (const PartOfStep& part : parts) {
+      // The next mode decides on what falls to zero at an event.
+      if (!(ends_mode && part.end == s_end)) in_parts = NanMax(in_parts, speed.Possible(part));
+    }
+    largest = std::min(largest, in_parts / of.moves);
     integral = std::min(integral, std::min(length * falls, 2 * rounding / sources.length) / of.moves);
   }
   overlooked.rounding.slope += integral / (1 + s_end) * problem_.B.Dense().col(i).cwiseAbs();
+  overlooked.y_hidden[i] = NanMax(overlooked.y_hidden[i], largest);
 }
 
 void JumpsNearZero::AddJump(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error,
@@ -270,7 +280,8 @@ void JumpsNearZero::AddJump(OfPair& of, const SmoothStep& step, const ErrorBound
   of.truncation += part_of_time * of_truncation * y_by;
   overlooked.rounding.y = overlooked.rounding.y.cwiseMax(of.rounding);
   overlooked.truncation.y = overlooked.truncation.y.cwiseMax(of.truncation);
-  overlooked.y_size = overlooked.y_size.cwiseMax(largest * y_by);
+  // AddHidden() has the force that rounding hides.
+  if (y_jumps || of_truncation > 0) overlooked.y_size = overlooked.y_size.cwiseMax(largest * y_by);
 }
 
 }  // namespace dlcs

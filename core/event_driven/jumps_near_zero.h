@@ -51,8 +51,9 @@ class JumpsNearZero {
 
     void EndRow() { truncation = rounding = {}; }
   };
-  void AddHidden(const OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, double s_end, bool ends_mode,
-                 SourceSampler& sampler, StepSources& sources, OverlookedByCause& overlooked) const;
+  void AddHidden(const OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, double s_end,
+                 std::optional<Index> ends_mode, SourceSampler& sampler, StepSources& sources,
+                 OverlookedByCause& overlooked) const;
   void AddJump(OfPair& of, const SmoothStep& step, const ErrorBounds& of_state, const Vector& x_error, double s_end,
                bool begins_mode, bool ends_mode, SourceSampler& sampler, StepSources& sources,
                OverlookedByCause& overlooked);

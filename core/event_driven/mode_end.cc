@@ -216,7 +216,7 @@ OverlookedByCause OverlookedEvents(const Problem& problem, const SmoothStep& ste
   const Vector no_state = Vector::Zero(problem.num_states());
   const Vector no_pair = Vector::Zero(problem.num_constraints());
   const Overlooked nothing{no_state, no_state, no_pair, no_pair};
-  OverlookedByCause overlooked{nothing, nothing, nothing, no_pair};
+  OverlookedByCause overlooked{nothing, nothing, nothing, no_pair, no_pair};
   for (Index i = 0; i < step.guard.values.rows(); ++i) {
     const bool is_active = std::binary_search(mode.active.begin(), mode.active.end(), i);
     const LegendreVector guard = step.guard.values.row(i).transpose();

@@ -22,6 +22,7 @@ struct OverlookedByCause {
   Overlooked truncation, rounding;
   Overlooked with_signs;  // truncation with the signs that it has
   Vector y_size;          // that y may have had where an event was overlooked
+  Vector y_hidden;        // that it may have where rounding hides it
 };
 
 // Errors of x, each integrated by the steps of the solution: in a mode an error e obeys e' = Â e + d.

@@ -50,8 +50,8 @@ std::unique_ptr<GroupNodes> GroupNodes::Create(const Problem& problem, const Opt
   const double bytes = kBytesOfAnEntry * static_cast<double>(A.nonZeros() + E.nonZeros()) +
                        static_cast<double>(A.rows()) * (16 * kVectors + 8 * static_cast<double>(n + kNarrowLift));
   if (group.Max(bytes) > options.max_memory) {
-    why_not = "the rows of a rank on a contour need some " + FormatNumber(group.Max(bytes)) +
-              " bytes, more than max_memory = " + FormatNumber(options.max_memory);
+    why_not = "the rows of a rank on a contour need some " + FormatNumber(group.Max(bytes)) + " bytes, more than " +
+              MemoryLimitText(options);
     return nullptr;
   }
   const RowMajorMatrix transposed = Transposed(A, numbers, m, states, group);

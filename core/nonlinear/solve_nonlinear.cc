@@ -159,7 +159,8 @@ absl::StatusOr<Solution> SolveOnGivenSteps(NonlinearTask& task, NonlinearFunctio
   }
   const auto steps = static_cast<double>(grid.num_steps()), outputs = static_cast<double>(grid.output_nodes.size());
   if (1.5 * PredictBytes(task.problem, steps, outputs) > task.options.max_memory) {
-    solution.accuracy.note = "No estimate: a second solve does not fit into max_memory together with the trajectory.";
+    solution.accuracy.note =
+        "No estimate: a second solve does not fit into the memory allowed (--max-memory) together with the trajectory.";
     return solution;
   }
   Observer silent;
@@ -214,8 +215,8 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
   if (least_bytes > options.max_memory) {
     observer.OnAnalysis(report);
     return Refused(problem, report,
-                   "The solve needs about " + FormatNumber(least_bytes) + " bytes, more than max_memory = " +
-                       FormatNumber(options.max_memory) + ". Ask for fewer steps or output times.");
+                   "The solve needs about " + FormatNumber(least_bytes) + " bytes, more than " +
+                       MemoryLimitText(options) + ". Ask for fewer steps or output times.");
   }
   const Grid grid = MakeGrid(problem.horizon, BreakPoints(problem), options);
   if (!tries_steps) {

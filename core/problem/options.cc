@@ -107,6 +107,10 @@ const char* MethodName(Method method) {
   return "unknown";
 }
 
+std::string MemoryLimitText(const Options& options) {
+  return "the " + FormatNumber(options.max_memory) + " allowed (--max-memory, or the limit of the server)";
+}
+
 std::vector<Violation> Validate(const Options& options, double horizon) {
   ViolationList list;
   for (const OptionRange& range : kOptionRanges) CheckRange(options, range, list);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -214,6 +215,9 @@ inline constexpr OptionRange kOptionRanges[] = {
     {"max_memory", &Options::max_memory, kAboveZero, kUnlimited, "above 0 bytes"},
     {"num_threads", &Options::num_threads, 0, kUnlimited, "at least 0"},
 };
+
+// What Options::max_memory allows, in words that name its option: "the 8e+09 allowed (...)". It may be a server's.
+std::string MemoryLimitText(const Options& options);
 
 // Every rule that `options` break for a problem with this `horizon`; with a period times are checked against that, and
 // core/problem/source_periods.h checks the period itself. Violations name the fields as above.

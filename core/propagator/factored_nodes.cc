@@ -36,8 +36,8 @@ std::unique_ptr<FactoredNodes> FactoredNodes::Create(const Problem& problem, con
   const int at_once = static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(threads)));
   const double needed = at_once * each + all;
   if (needed > options.max_memory) {
-    why_not = "the sparse factors on a contour need some " + FormatNumber(needed) +
-              " bytes, more than max_memory = " + FormatNumber(options.max_memory);
+    why_not = "the sparse factors on a contour need some " + FormatNumber(needed) + " bytes, more than " +
+              MemoryLimitText(options);
     return nullptr;
   }
   // Takes half of the remaining memory. The states and the trajectory need the rest.
@@ -121,7 +121,7 @@ double FactoredNodes::PredictBytes(double nodes) const {
 void FactoredNodes::Report(PropagatorRecord& record) const {
   if (few_workers_) {
     const std::string count = at_once_ == 1 ? "one factorization" : std::to_string(at_once_) + " factorizations";
-    record.reason += "; max_memory allows " + count + " at a time";
+    record.reason += "; the memory allowed (--max-memory) is enough for " + count + " at a time";
   }
   record.factorizations = static_cast<Index>(team_.Sum(static_cast<double>(resolvent_.factorizations())));
 }

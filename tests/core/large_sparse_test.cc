@@ -202,7 +202,7 @@ TEST(LargeSparseTest, RefusesWhatDoesNotFitTheMemoryAndSaysHowMuchItNeeds) {
   options.max_memory = 50e6;  // the trajectory at 51 nodes alone takes 37 MB
   const Solution solution = SolveWith(TooLarge(), options);
   EXPECT_EQ(solution.termination, Termination::kUnsupported);
-  EXPECT_NE(solution.message.find("max_memory"), std::string::npos) << solution.message;
+  EXPECT_NE(solution.message.find("--max-memory"), std::string::npos) << solution.message;
   EXPECT_GT(solution.cost.predicted_bytes, 50e6);
   EXPECT_LT(solution.cost.predicted_bytes, 500e6);
 }
@@ -231,7 +231,8 @@ TEST(LargeSparseTest, PredictsTheMemoryOfContours) {
   options.num_threads = 2;  // and fewer are made at a time
   options.max_memory = 4 * factor.bytes();
   const Solution few = SolveToEnd(problem, options);
-  EXPECT_THAT(few.propagator.reason, ::testing::EndsWith("max_memory allows one factorization at a time"));
+  EXPECT_THAT(few.propagator.reason,
+              ::testing::EndsWith("the memory allowed (--max-memory) is enough for one factorization at a time"));
   EXPECT_EQ(few.x, solution.x);
 }
 

@@ -39,6 +39,22 @@ TEST(StepSourcesTest, DoesNotCallALargeValueInfinite) {
               AllOf(StartsWith("f[0] is "), HasSubstr("overflow"), Not(HasSubstr("finite"))));
 }
 
+// Cells are cut down to the rounding of time beside a jump, so that some of their times are rounded to it.
+TEST(StepSourcesTest, TimesThatAreRoundedToTheBeginAreBehindIt) {
+  constexpr double kJump = 131072;
+  Problem problem = testing::Scalar(-1, 1, 1, kJump + 1);
+  problem.f = TimeFunction::Formulas({"(0.5 + 0.5*sign(t - 131072))*(2 + sin(5*(t - 131072)))"});
+  absl::StatusOr<Sources> sources = Sources::Create(problem);
+  ASSERT_TRUE(sources.ok());
+  SourceSampler sampler(*sources, ResolvedCells(problem));
+  StepSources step;
+  for (const double length : {0.25, 1e-2, 1e-4, 1e-6}) {
+    sampler.Sample(kJump, kJump + length, step);
+    sampler.Probe(step);
+    EXPECT_LE(step.f.error.truncation[0], 1e-9) << length;
+  }
+}
+
 // Whether f is constant between its break points.
 struct SteadyCase {
   const char* f;

@@ -2,6 +2,7 @@
 
 #include "core/event_driven/jumps_near_zero.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 
 #include "core/event_driven/mode.h"
 #include "core/format_number.h"
+#include "tests/support/problems.h"
 #include "tests/support/solving.h"
 
 namespace dlcs {
@@ -46,7 +48,7 @@ class JumpsNearZeroTest : public ::testing::Test {
     step.x_error.truncation = step.x_error.rounding = Vector::Zero(2);
     if (rounding > 0) step.guard.error.rounding[0] = 1e-12;
     const Overlooked none{Vector::Zero(2), Vector::Zero(2), Vector::Zero(2), Vector::Zero(2)};
-    OverlookedByCause overlooked{none, none, none, none.y};
+    OverlookedByCause overlooked{none, none, none, none.y, none.y};
     JumpsNearZero jumps(problem_, Selection::kAny, y_is_lipschitz);
     const Vector truncation{{0.05 - rounding, 0}};
     problem_.f = problem_.g = TimeFunction::Constant(Vector{{2, 0}});
@@ -175,6 +177,29 @@ TEST(HiddenJumpsTest, MoveTheStatesBesideThem) {
           }
         }
       }
+    }
+  }
+}
+
+// The contact of the test above, for a short time: y = -f until w rises. All that there is of y is hidden by the
+// rounding of w, and it is zero to within that, by name.
+TEST(HiddenJumpsTest, AForceThatIsHiddenIsZeroByName) {
+  for (const double size : {1e-2, 1e-3, 1e-5}) {
+    Problem problem = testing::Scalar(0, 1, 0, 1);
+    problem.M = Matrix{{0.0}};
+    problem.f = TimeFunction::Formulas({"-" + FormatNumber(size) + "*t"});
+    problem.g = TimeFunction::Formulas({"t^3"});
+    // w' = x' + 3 t^2 < 0 without y, as long as 3 t < size.
+    const double time = size / 6, y = size * time - 3 * time * time;
+    const Solution solution = SolveAt(problem, 1e-6, {0, time, 1});
+    const ErrorsByCause& errors = solution.accuracy.errors.y;
+    const Verdict verdict = JudgeSolution(solution);
+    if (verdict.kind != VerdictKind::kSolved) continue;
+    const auto found = solution.y(0, Index{1});
+    EXPECT_LE(std::abs(found - y), std::max(1e-6 * errors.own[0], 2 * errors.rounding[0]))
+        << size << ": " << verdict.text;
+    if (found == 0) {
+      EXPECT_THAT(verdict.text, ::testing::HasSubstr("y[0] is zero")) << size;
     }
   }
 }

@@ -12,6 +12,7 @@
 
 #include "core/models/signorini.h"
 #include "core/problem/observer.h"
+#include "core/problem/verdict.h"
 #include "core/solve.h"
 #include "tests/support/problems.h"
 #include "tests/support/sparse_problems.h"
@@ -127,6 +128,22 @@ TEST_P(CheckpointTest, InterruptedAndResumedHasTheSameBits) {
   SolveInAttempts(tested, 3, *whole);
 }
 
+TEST_P(CheckpointTest, ResumedHasTheSameVerdict) {
+  const Case& tested = GetParam();
+  Observer silent;
+  const auto whole = Solve(tested.problem(), tested.options, silent, {});
+  ASSERT_TRUE(whole.ok()) << whole.status();
+  Taker taker(2);
+  ASSERT_TRUE(Solve(tested.problem(), tested.options, taker, taker.stop.get_token()).ok());
+  const auto resumed = Solve(tested.problem(), tested.options, silent, {}, nullptr, &taker.point);
+  ASSERT_TRUE(resumed.ok()) << resumed.status();
+  ExpectSame(*resumed, *whole);
+  const Verdict verdict = JudgeSolution(*resumed), of_whole = JudgeSolution(*whole);
+  EXPECT_EQ(verdict.text, of_whole.text);
+  EXPECT_EQ(verdict.concerns, of_whole.concerns);
+  EXPECT_EQ(verdict.notes, of_whole.notes);
+}
+
 // As when a server is told to end while a job of another one is being taken up.
 TEST_P(CheckpointTest, AStopBeforeItGoesOnIsNoRefusal) {
   const Case& tested = GetParam();
@@ -218,6 +235,20 @@ Problem Heated() {
   return problem;
 }
 
+// z' = -z + 1000 (a - b), with a and b equal but for 1e-9: of 1e-9 of z, rounding leaves nothing.
+Problem Cancelling() {
+  Problem problem;
+  problem.A = Matrix{{-1.0, 0.0, 0.0}, {0.0, -1.0, 0.0}, {1e3, -1e3, -1.0}};
+  problem.B = Matrix::Zero(3, 1);
+  problem.N = Matrix::Zero(1, 3);
+  problem.M = Matrix{{1.0}};
+  problem.x0 = Vector{{1.0, 1 + 1e-9, 0.0}};
+  problem.horizon = 5;
+  problem.f = TimeFunction::Formulas({"sin(t)", "sin(t)", "0"});
+  problem.g = TimeFunction::Constant(Vector{{1.0}});
+  return problem;
+}
+
 Problem Membrane() { return *MakeSignoriniProblem({.cells = 12, .coefficient = 2e-3, .horizon = 1}); }
 
 std::vector<Case> Cases() {
@@ -241,6 +272,12 @@ std::vector<Case> Cases() {
       {"MarchOnUnevenSteps", LeastElement, With(kMarch, 0, uneven)},
       {"MarchWithFewOutputTimes", LeastElement, With(kMarch, 1500, few_output_times)},
       {"MarchWithJumps", Diode, With(kMarch, 2000, [](Options& options) { options.project_initial_state = true; })},
+      {"AbsoluteTolerance", Cancelling,
+       With(kMarch, 1500,
+            [](Options& options) {
+              options.error_tolerance = 0;
+              options.absolute_tolerances = {{{ComponentKind::kState, 2}, 1e-9}};
+            })},
       {"ThetaScheme", LeastElement, With(kStep, 1500, [](Options& options) { options.theta = 0.5; })},
       {"Newton", [] { return Broken(LeastElement()); },
        With(kStep, 1500, [](Options& options) { options.step_solver = StepSolver::kNewton; })},

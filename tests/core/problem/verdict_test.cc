@@ -451,7 +451,7 @@ TEST(GivenStepsTest, ThatDoNotFitAreRefusedAtOnce) {
   options.output_times_only = true;
   const Solution solution = testing::SolveWith(testing::ExampleFourOne(), options);
   EXPECT_EQ(solution.termination, Termination::kUnsupported);
-  EXPECT_THAT(solution.message, HasSubstr("more than max_memory"));
+  EXPECT_THAT(solution.message, HasSubstr("more than the 1e+08 allowed (--max-memory"));
   EXPECT_GT(solution.cost.predicted_bytes, 8e9);
 }
 

@@ -202,7 +202,7 @@ TEST(ContourSystemTest, RefusesWhatNoContourServes) {
   Options options;
   options.max_memory = 1000;
   EXPECT_FALSE(ContourSystem::Create(problem, options, why_not));
-  EXPECT_NE(why_not.find("max_memory"), std::string::npos) << why_not;
+  EXPECT_NE(why_not.find("--max-memory"), std::string::npos) << why_not;
 }
 
 TEST(ContourSystemTest, FactorsEachNodeOnceWhereTheFactorsFit) {

@@ -199,7 +199,7 @@ TEST(IterativeStepTest, IsChosenWhereSparseFactorsDoNotFit) {
   options.output_times_only = true;
   const Solution solution = SolveToEnd(Membrane(48), options);
   EXPECT_EQ(solution.propagator.used, PropagatorKind::kIterativeStepping);
-  EXPECT_NE(solution.propagator.reason.find("max_memory"), std::string::npos) << solution.propagator.reason;
+  EXPECT_NE(solution.propagator.reason.find("--max-memory"), std::string::npos) << solution.propagator.reason;
 }
 
 TEST(IterativeStepTest, IsNotChosenWhereFactorsStaySparse) {
