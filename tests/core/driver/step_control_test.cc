@@ -42,6 +42,16 @@ TEST(ConvergenceTest, TrustsTheWorstOfTheLastTwoRatios) {
   EXPECT_DOUBLE_EQ(ErrorOf(lucky), 0.25);  // what order one lets expect of 0.5
 }
 
+TEST(ConvergenceTest, WhatDoesNotChangeShowsNoOrder) {
+  Convergence convergence;
+  EXPECT_FALSE(convergence.observed_order());
+  for (const double difference : {0.0, 0.0, 0.0}) Add(difference, convergence);
+  EXPECT_FALSE(convergence.observed_order());
+  Convergence of_order_two;
+  for (const double difference : {1.0, 0.25}) Add(difference, of_order_two);
+  EXPECT_EQ(of_order_two.observed_order(), 2);
+}
+
 TEST(ConvergenceTest, OfNumbersThatAreNotFiniteKnowsNothing) {
   Convergence convergence;
   for (const double difference : {1.0, 0.5, kNaN}) Add(difference, convergence);

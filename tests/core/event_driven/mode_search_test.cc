@@ -37,5 +37,57 @@ TEST(ModeSearchTest, YCountsAsItGrows) {
   }
 }
 
+// 0 <= y1 ⟂ x + y2 >= 0, 0 <= y2 ⟂ 1 - y1 >= 0: y1 = 1 where x < 0, and 0 where x > 0. x' = drift + pull y1.
+Problem Relay(double x0, double drift, double pull) {
+  Problem problem;
+  problem.A = Matrix{{0}};
+  problem.B = Matrix{{pull, 0}};
+  problem.N = Matrix{{1}, {0}};
+  problem.M = Matrix{{0, 1}, {-1, 0}};
+  problem.f = TimeFunction::Constant(Vector{{drift}});
+  problem.g = TimeFunction::Constant(Vector{{0, 1}});
+  problem.x0 = Vector{{x0}};
+  problem.horizon = 1;
+  return problem;
+}
+
+// The relay repels: each h > 0 passes over the side on which x is.
+TEST(ModeSearchTest, AStartBesideARelayThatRepelsIsOnItsSide) {
+  for (const double x0 : {-1e-40, 1e-40, -1e-12, 1e-12}) {
+    const Solution solution = testing::SolveAt(Relay(x0, 1, -2), 1e-8);
+    EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kSolved) << x0 << ": " << JudgeSolution(solution).text;
+    EXPECT_NEAR(testing::LastState(solution)[0], x0 < 0 ? -1 : 1, 1e-8) << x0;
+  }
+}
+
+// The state falls to zero and slides there, with y1 between 0 and 1.
+TEST(ModeSearchTest, ARelayThatAttractsIsSlidOn) {
+  Problem problem = Relay(0.5, -1, 2);
+  const Solution solution = testing::SolveAt(problem, 1e-8);
+  EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kSolved) << JudgeSolution(solution).text;
+  EXPECT_EQ(solution.switching_times.size(), 2);
+  EXPECT_LE(solution.cost.lcps, 3);
+  EXPECT_NEAR(testing::LastState(solution)[0], 0, 1e-12);
+  EXPECT_NEAR(solution.y(0, Eigen::last), 0.5, 1e-8);
+}
+
+// An ideal diode stops to conduct where its current, w and w' are zero: neither values nor slopes decide.
+TEST(ModeSearchTest, AContactIsLeftWhereOnlyTheSecondDerivativeDecides) {
+  Problem problem;
+  problem.A = Matrix{{0}};
+  problem.B = Matrix{{1}};
+  problem.N = Matrix{{1}};
+  problem.M = Matrix{{0}};
+  problem.f = TimeFunction::Formulas({"t-0.5"});
+  problem.g = TimeFunction::Zero(1);
+  problem.x0 = Vector{{0}};
+  problem.horizon = 1;
+  const Solution solution = testing::SolveAt(problem, 1e-8);
+  EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kSolved) << JudgeSolution(solution).text;
+  ASSERT_EQ(solution.switching_times.size(), 2);
+  EXPECT_NEAR(solution.switching_times[1].time, 0.5, 1e-12);
+  EXPECT_NEAR(testing::LastState(solution)[0], 0.125, 1e-9);
+}
+
 }  // namespace
 }  // namespace dlcs

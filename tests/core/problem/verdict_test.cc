@@ -19,6 +19,7 @@
 namespace dlcs {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -381,6 +382,25 @@ TEST(SeveralSolutionsTest, OfMonotoneSystemsAreWarnedOfWhereXMayDiffer) {
   EXPECT_FALSE(warns(Matrix{{1, 1}}, ones));
   EXPECT_FALSE(warns(Matrix{{2, 2}}, skew));
   EXPECT_FALSE(warns(Matrix{{1, 0}}, Matrix{{2, 1}, {1, 2}}));
+}
+
+// Where w = g is zero any y is a solution, and moves x.
+TEST(SeveralSolutionsTest, OfAPairThatNoYActsOnAreWarnedOf) {
+  Problem problem;
+  problem.A = Matrix{{-1}};
+  problem.B = Matrix{{1}};
+  problem.M = Matrix{{0}};
+  problem.f = TimeFunction::Zero(1);
+  problem.g = TimeFunction::Zero(1);
+  problem.x0 = Vector{{1}};
+  problem.horizon = 1;
+  const auto warnings = [&](double N) {
+    problem.N = Matrix{{N}};
+    return testing::SolveToEnd(problem, {}).warnings;
+  };
+  EXPECT_THAT(warnings(0),
+              Contains(HasSubstr("y never affects w of constraint 0: where that w is zero, its y may be")));
+  EXPECT_THAT(warnings(1), Not(Contains(HasSubstr("never affects"))));
 }
 
 // A diode bridge: two pairs share one sum, which B and N see with opposite signs, and the other two are its currents.
