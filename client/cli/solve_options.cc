@@ -97,11 +97,6 @@ void AddFormatAndOutput(CLI::App& app, const std::vector<std::string>& words, Ou
                                                            output, named->word, fmt::join(words, ", ")));
       }
     }
-    if (given.count() > 0 && named && named->format != format) {
-      throw CLI::ValidationError("--output", fmt::format("{} is the name of a {} file, and --format is {}; leave out "
-                                                         "--format, or name another file",
-                                                         output, named->word, given.results().front()));
-    }
     if (given.count() == 0 && !named) {
       if (const std::string fault = FaultOfEnding(output); !fault.empty()) {
         throw CLI::ValidationError("--output", fault);

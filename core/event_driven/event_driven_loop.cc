@@ -136,6 +136,7 @@ bool EventDrivenLoop::Start(double begin) {
 bool EventDrivenLoop::Cross(double end) {
   mode_ = nullptr;
   attempt_ = 0;
+  search_.ForgetGuess();
   short_modes_ = 0;
   mode_begin_ = t_;
   begin_error_ = 0;
@@ -173,6 +174,7 @@ bool EventDrivenLoop::IsBeyondWork() const {
 bool EventDrivenLoop::PassKink() {
   mode_ = nullptr;
   attempt_ = 0;
+  search_.ForgetGuess();
   gap_.reset();
   event_step_.reset();
   const bool jumps = sampler_.GJumps(*kink_, kLcpTolerance * context_.starts.row_size);
@@ -335,7 +337,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   if (is_too_short && StartsBelowByTruncation(step_, mode_end->guard)) return Repeat(length / 8);
   search_.GuessAfter(*mode_, mode_end->guard);
   // Where a guard falls from zero at once another proposal is better, of the first ones, which look ahead less.
-  constexpr int kShorterSteps = 3;
+  constexpr int kShorterSteps = 4;
   const bool may_propose = t_ == mode_begin_ && attempt_ <= kShorterSteps;
   if (is_too_short || (may_propose && FallsFromZero(step_, *mode_end))) {
     GiveUpMode("no active set lasts");

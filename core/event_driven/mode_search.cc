@@ -50,7 +50,8 @@ ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSample
         Matrix resolvent = Resolvent(balanced_, h);
         const Matrix of_y = problem_.N.Dense() * (resolvent * (h * problem_.B.Dense()));
         std::unique_ptr<LcpSolver> solver = MakeCoupledLcpSolver(problem_.M, of_y, selection);
-        return std::make_unique<LookAhead>(LookAhead{std::move(resolvent), std::move(solver)});
+        return std::make_unique<LookAhead>(
+            LookAhead{std::move(resolvent), problem_.M.Dense() + of_y, std::move(solver)});
       }),
       basis_(problem.num_constraints(), 0),
       y_(problem.num_constraints()),
@@ -85,14 +86,14 @@ double ModeSearch::StepOf(double t, double scale, double longest, int attempt) c
 ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise,
                                       const DataSizes& sizes, double scale, double longest, int attempt) {
   Proposal proposal;
-  const double h = StepOf(t, scale, longest, attempt);
-  const LookAhead& look = look_aheads_.At(h);
-  AverageSources(t, h);
-  const Vector start = x + h * f_, sizes_of_start = x.cwiseAbs() + h * f_.cwiseAbs();
-  q_ = problem_.N * Vector(look.resolvent * start) + g_;
-  tolerance_ = RoundingOf(kOperationsOfW) * (abs_N_ * AbsTimes(look.resolvent, sizes_of_start) + g_.cwiseAbs()) +
-               abs_N_ * AbsTimes(look.resolvent, kOfNoise * x_noise);
-  LcpSolver& solver = *look.solver;
+  if (attempt == 0) {
+    constexpr int kOfStep = 24;  // a power of two: what no shorter h shows of a pair is rounding
+    const double h = std::max(std::ldexp(scale, -kOfStep), RoundingOf(64) * std::abs(t));
+    proposal.mode = WithoutLcp(std::ldexp(1.0, std::ilogb(std::min(h, longest / 8))), t, x, x_noise, sizes);
+    return proposal;
+  }
+  const double h = StepOf(t, scale, longest, attempt - 1);
+  LcpSolver& solver = *LookAheadAt(h, t, x, x_noise).solver;
   bool is_found = false;
   if (!guess_.empty()) {
     basis_ = guess_;
@@ -106,6 +107,49 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   if (q_begin_.size() > 0) CorrectAtBegin(basis_);
   proposal.mode = ModeOf(IndicesOf(basis_), sizes);
   return proposal;
+}
+
+// Sets q and its rounding.
+ModeSearch::LookAhead& ModeSearch::LookAheadAt(double h, double t, const Eigen::Ref<const Vector>& x,
+                                               const Vector& x_noise) {
+  LookAhead& look = look_aheads_.At(h);
+  AverageSources(t, h);
+  const Vector start = x + h * f_, sizes_of_start = x.cwiseAbs() + h * f_.cwiseAbs();
+  q_ = problem_.N * Vector(look.resolvent * start) + g_;
+  tolerance_ = RoundingOf(kOperationsOfW) * (abs_N_ * AbsTimes(look.resolvent, sizes_of_start) + g_.cwiseAbs()) +
+               abs_N_ * AbsTimes(look.resolvent, kOfNoise * x_noise);
+  return look;
+}
+
+// The mode in which the guard that fell has changed sides, or, where none fell, that which followed the last one
+// before: if its pivot is positive, beyond a fold another solution would follow, and its pairs are nonnegative at this
+// h.
+const Mode* ModeSearch::WithoutLcp(double h, double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise,
+                                   const DataSizes& sizes) {
+  if (!history_.empty()) return nullptr;
+  const bool has_fallen = !flipped_.empty();
+  const Basis* const known = has_fallen ? &flipped_ : successors_.After(basis_);
+  if (!known) return nullptr;
+  const Basis guess = *known, &before = has_fallen ? ended_ : basis_;
+  LookAhead& look = LookAheadAt(h, t, x, x_noise);
+  if (SignOfDeterminant(look.matrix, guess) * SignOfDeterminant(look.matrix, before) <= 0) return nullptr;
+  if (!look.solver->SolvesIn(guess, q_, tolerance_, y_)) return nullptr;
+  if (has_fallen && !IsSeen(look.matrix, guess)) return nullptr;
+  const Mode* const mode = ModeOf(IndicesOf(guess), sizes);
+  if (mode) basis_ = guess;
+  return mode;
+}
+
+// Whether all pairs of the solution are larger than their rounding: w_i, or what y_i is in some w_j.
+bool ModeSearch::IsSeen(const Matrix& matrix, const Basis& basis) const {
+  const Vector w = q_ + matrix * y_;
+  for (Index i = 0; i < w.size(); ++i) {
+    const bool is_seen = basis[static_cast<std::size_t>(i)]
+                             ? ((matrix.col(i) * y_[i]).array().abs() > tolerance_.array()).any()
+                             : w[i] > tolerance_[i];
+    if (!is_seen) return false;
+  }
+  return true;
 }
 
 // f and g averaged over about h behind t, s ∫ e^{-s τ} f(t + τ) dτ with s = 1/h, by the formula of Gauss and Laguerre
@@ -173,6 +217,7 @@ void ModeSearch::CorrectAtBegin(Basis& basis) {
 void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
   std::fill(basis_.begin(), basis_.end(), 0);
   for (const Index i : mode.active) basis_[i] = 1;
+  ended_ = basis_;
   basis_[guard] ^= 1;
   flipped_ = basis_;
   if (history_.empty()) return;
@@ -180,6 +225,10 @@ void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
   const Matrix& M = problem_.M.Dense();
   guess_.clear();
   if (SignOfDeterminant(M, basis_) * SignOfDeterminant(M, history_) >= 0) guess_ = basis_;
+}
+
+void ModeSearch::ForgetGuess() {
+  if (history_.empty()) flipped_.clear();
 }
 
 const Mode* ModeSearch::Flipped(const DataSizes& sizes) {

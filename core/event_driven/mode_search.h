@@ -31,6 +31,11 @@ namespace dlcs {
 // derivatives are larger than rounding. Fast states settle within h. The basis of its solution is a proposal; the
 // caller has to check how long it lasts. Source: [Heemels 2000] W. P. M. H. Heemels, J. M. Schumacher, S. Weiland. The
 // rational complementarity problem. Linear Algebra and its Applications 294.
+//
+// Where one guard ended the mode before, the first proposal has its pair on the other side. As series in h the guard
+// that takes its place is minus that guard, divided by the pivot det M(s)_S' / det M(s)_S, and rises where that is
+// positive. So only the signs of the other pairs are looked at, at one h, without an LCP. Where no guard fell, what
+// followed the last active set before is looked at in the same way: gates open and close in cycles.
 class ModeSearch {
  public:
   // Keeps references.
@@ -42,11 +47,11 @@ class ModeSearch {
     const Mode* mode = nullptr;  // null if the LCP failed or the basis does not determine y
   };
   // Searches from the state `x` at `t`, whose rounding errors are `x_noise`. `scale` is the time scale of the system,
-  // `longest` the time to the next break point. Each `attempt` in 0 ... kAttempts - 1 uses another h: first shorter
-  // ones, for modes that end soon, down to those of the fastest states, then longer ones, to skip modes that are
-  // shorter than rounding. The LCP starts from the last active set or from that of GuessAfter(). `sizes` are those of
-  // the states so far and of the sources.
-  static constexpr int kAttempts = 8;
+  // `longest` the time to the next break point. Attempt 0 has no LCP (above), and not always a proposal. Each other
+  // `attempt` below kAttempts uses another h: first shorter ones, for modes that end soon, down to those of the fastest
+  // states, then longer ones, to skip modes that are shorter than rounding. The LCP starts from the last active set or
+  // from that of GuessAfter(). `sizes` are those of the states so far and of the sources.
+  static constexpr int kAttempts = 9;
   Proposal Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise, const DataSizes& sizes,
                 double scale, double longest, int attempt);
 
@@ -59,6 +64,8 @@ class ModeSearch {
   // The next search starts from the active set of `mode` with `guard`, the index whose guard ended it, added or
   // removed. With kHistory it is the solution where it solves the LCP to rounding.
   void GuessAfter(const Mode& mode, Index guard);
+  // The next search is at a time at which no guard fell.
+  void ForgetGuess();
 
   // The mode in which the guard that fell last has changed sides, for where no LCP has a solution that lasts: once
   // after each event and each mode that a guard ended at once. Without kHistory only modes that constrain the state: of
@@ -85,6 +92,7 @@ class ModeSearch {
   // (I - hA)⁻¹, and the LCP with the matrix M + N (I - hA)⁻¹ h B, for one h.
   struct LookAhead {
     Matrix resolvent;
+    Matrix matrix;
     std::unique_ptr<LcpSolver> solver;
   };
   struct KeptMode {
@@ -97,6 +105,10 @@ class ModeSearch {
   std::optional<Pairs> PairsAtBegin(const Basis& basis) const;
   void CorrectAtBegin(Basis& basis);
   void AverageSources(double t, double h);
+  bool IsSeen(const Matrix& matrix, const Basis& basis) const;
+  LookAhead& LookAheadAt(double h, double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise);
+  const Mode* WithoutLcp(double h, double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise,
+                         const DataSizes& sizes);
   double StepOf(double t, double scale, double longest, int attempt) const;
 
   const Problem& problem_;
@@ -113,6 +125,7 @@ class ModeSearch {
   Basis history_;                   // empty without kHistory
   Basis guess_;                     // empty where there is none
   Basis flipped_;                   // likewise
+  Basis ended_;                     // of the mode before that
   Index flips_ = 0;                 // since a mode lasted
   Vector q_begin_, q_begin_noise_;  // N x0 + g; empty where it is of no use any more
   Vector y_, f_, g_, q_, tolerance_;

@@ -88,6 +88,12 @@ class BasisSuccessors {
   LcpStatus Solve(LcpSolver& solver, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                   Basis& basis, Eigen::Ref<Vector> y);
 
+  // The basis that followed `basis` last; null if none did.
+  const Basis* After(const Basis& basis) const {
+    const auto found = after_.find(basis);
+    return found == after_.end() ? nullptr : &found->second;
+  }
+
  private:
   std::map<Basis, Basis> after_;
 };

@@ -362,17 +362,6 @@ TEST(CommandLineTest, WritesNoTableIntoAFileOfAnotherFormat) {
   EXPECT_FALSE(std::holds_alternative<ExitCode>(asked.parsed));
 }
 
-TEST(CommandLineTest, AFormatAndTheNameOfItsFileAgree) {
-  EXPECT_THAT(Refused({"solve", "p.json", "--format", "csv", "-o", "r.json"}),
-              HasSubstr("r.json is the name of a json file, and --format is csv; leave out --format, or name another"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--format", "table", "-o", "r.CSV"}),
-              HasSubstr("r.CSV is the name of a csv"));
-  for (const char* name : {"r.csv", "r.txt", "-"}) {
-    const Outcome taken = Parse({"solve", "p.json", "--format", "csv", "-o", name});
-    EXPECT_FALSE(std::holds_alternative<ExitCode>(taken.parsed)) << name;
-  }
-}
-
 TEST(CommandLineTest, NamesAnUnknownOptionBeforeWhatIsMissing) {
   for (const char* command : {"solve", "lcp", "ensemble", "delete"}) {
     EXPECT_THAT(Refused({command, "--hlp"}), AllOf(HasSubstr("\"--hlp\" is not known here; did you mean --help?"),
