@@ -19,10 +19,7 @@ namespace dlcs {
 AnalysisSection RelativeDegreeSection(const Problem& problem, Selection selection) {
   const auto degrees = RelativeDegrees(problem.A, problem.B, problem.N, problem.M);
   const std::vector<Index> rows = ImpulsiveRows(degrees);
-  std::vector<Index> unreached;
-  for (std::size_t i = 0; i < degrees.size(); ++i) {
-    if (!degrees[i]) unreached.push_back(static_cast<Index>(i));
-  }
+  const std::vector<Index> unreached = UnreachedRows(degrees);
 
   Finding finding{"at-most-one", "y acts on every constraint through at most one integration", {}, ""};
   finding.fact.answer = rows.empty() && unreached.empty() ? Answer::kYes : Answer::kNo;

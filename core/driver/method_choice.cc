@@ -79,11 +79,8 @@ std::vector<std::optional<int>> DegreesOf(const Problem& problem) {
 // Constraints that y reaches through two integrations and more need impulses.
 void JudgeRelativeDegree(const Problem& problem, const Options& options, bool zero, MethodChoice& choice) {
   const auto degrees = DegreesOf(problem);
-  std::vector<Index> unreached;
-  for (std::size_t i = 0; i < degrees.size(); ++i) {
-    if (!degrees[i]) unreached.push_back(static_cast<Index>(i));
-  }
-  if (!unreached.empty()) choice.unreached = DescribeRows(unreached, degrees);
+  if (const std::vector<Index> unreached = UnreachedRows(degrees); !unreached.empty())
+    choice.unreached = DescribeRows(unreached, degrees);
   const std::vector<Index> rows = ImpulsiveRows(degrees);
   if (rows.empty()) return;
   const int least =

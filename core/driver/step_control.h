@@ -98,11 +98,11 @@ struct TrialSolves {
 };
 
 struct ControlledSolution {
-  Solution solution;     // of the finest trial; the errors of its accuracy are set
-  Grid grid = {};        // of the finest trial
+  Solution solution;                 // of the finest trial; the errors of its accuracy are set
+  Grid grid = {};                    // of the finest trial
   std::optional<double> order = {};  // the observed one; none before it shows, or where trials are the same
-  bool converges = false;  // the solves have shown so; otherwise no tolerance can be reached
-  bool reached = false;    // truncation is as small as the tolerances require (ExcessOfTruncation())
+  bool converges = false;            // the solves have shown so; otherwise no tolerance can be reached
+  bool reached = false;              // truncation is as small as the tolerances require (ExcessOfTruncation())
 };
 
 // Solves on `grid` and on grids with half the step, a quarter and so on, until the error of the finest is below the

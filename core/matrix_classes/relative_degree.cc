@@ -90,6 +90,14 @@ std::vector<Index> ImpulsiveRows(const std::vector<std::optional<int>>& degrees)
   return rows;
 }
 
+std::vector<Index> UnreachedRows(const std::vector<std::optional<int>>& degrees) {
+  std::vector<Index> rows;
+  for (std::size_t i = 0; i < degrees.size(); ++i) {
+    if (!degrees[i]) rows.push_back(static_cast<Index>(i));
+  }
+  return rows;
+}
+
 std::string DescribeRows(const std::vector<Index>& rows, const std::vector<std::optional<int>>& degrees) {
   constexpr std::size_t kNamed = 5;
   std::string text = rows.size() == 1 ? "constraint " : "constraints ";

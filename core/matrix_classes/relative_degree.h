@@ -35,6 +35,9 @@ std::optional<int> RelativeDegree(const Matrix& A, const Matrix& B, const Matrix
 // The rows of degree two and more, increasing.
 std::vector<Index> ImpulsiveRows(const std::vector<std::optional<int>>& degrees);
 
+// The rows that y never affects, increasing.
+std::vector<Index> UnreachedRows(const std::vector<std::optional<int>>& degrees);
+
 // "constraint 2 (relative degree 3)", "constraints 0 (relative degree 2), 3 (relative degree 2)"; without a degree
 // where it is absent. At most five of `rows` are named.
 std::string DescribeRows(const std::vector<Index>& rows, const std::vector<std::optional<int>>& degrees);

@@ -34,10 +34,10 @@ std::vector<Index> IndicesOf(const Basis& basis) {
 LcpStatus BasisSuccessors::Solve(LcpSolver& solver, const Eigen::Ref<const Vector>& q,
                                  const Eigen::Ref<const Vector>& tolerance, Basis& basis, Eigen::Ref<Vector> y) {
   constexpr std::size_t kMost = 256;  // then all are forgotten
-  if (const auto known = after_.find(basis); known != after_.end()) {
+  if (const Basis* known = After(basis)) {
     if (solver.SolvesIn(basis, q, tolerance, y)) return LcpStatus::kSolved;
-    if (solver.SolvesIn(known->second, q, tolerance, y)) {
-      basis = known->second;
+    if (solver.SolvesIn(*known, q, tolerance, y)) {
+      basis = *known;
       return LcpStatus::kSolved;
     }
   }
