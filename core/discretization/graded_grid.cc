@@ -10,13 +10,10 @@
 namespace dlcs {
 namespace {
 
-constexpr Index kRatio = 4;        // of the lengths of consecutive levels
-constexpr Index kStepsBehind = 2;  // at this distance, in steps, a step may be that long
-
 // The step allowed at the distance `behind` from a layer: step / 4^k, with the least k >= 0.
 double AllowedStep(double step, double behind, double shortest) {
-  const double longest = std::max(shortest, behind / kStepsBehind);
-  while (step > longest * (1 + kSameNode)) step /= kRatio;
+  const double longest = std::max(shortest, behind / kStepsBehindLayer);
+  while (step > longest * (1 + kSameNode)) step /= kRatioOfLevels;
   return step;
 }
 
@@ -42,7 +39,7 @@ void AppendDivided(const Run& run, double begin, double end, double layer, doubl
   bool starts_at_break = run.starts_at_break && begin == run.begin;
   while (begin < end) {
     const double step = AllowedStep(run.step, begin - layer, shortest);
-    double until = layer + kRatio * kStepsBehind * step;
+    double until = layer + kRatioOfLevels * kStepsBehindLayer * step;
     if (step == run.step || until > end - kSameNode * step) until = end;
     Append(begin, until, step, starts_at_break, grid);
     begin = until;
@@ -100,7 +97,7 @@ Grid GradeBehind(const Grid& grid, const std::vector<double>& layers, double sho
   while (true) {
     Grid graded = Graded(grid, layers, shortest);
     if (graded.num_steps() <= grid.num_steps() + most_steps || shortest >= grid.longest_step) return graded;
-    shortest *= kRatio;
+    shortest *= kRatioOfLevels;
   }
 }
 

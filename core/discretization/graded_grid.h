@@ -19,6 +19,13 @@ std::vector<double> LayerTimes(const Problem& problem, Sources& sources);
 // A step that resolves the fastest component: 1 / (4 max_i ‖A_i‖₁ / |E_ii|) over the rows i. Infinite if A is 0.
 double FastestStep(const Problem& problem);
 
+// The length of steps behind a layer grows by this factor from level to level.
+inline constexpr Index kRatioOfLevels = 4;
+// At this distance from a layer, in steps, a step may be that long.
+inline constexpr Index kStepsBehindLayer = 2;
+// A level reaches from there to where the next longer step is allowed.
+inline constexpr Index kStepsOfALevel = (kRatioOfLevels - 1) * kStepsBehindLayer;
+
 // `grid` with shorter steps behind each of `layers`, which are increasing and starts of smooth intervals: steps are no
 // longer than half the distance from the layer, or `shortest`. The lengths of runs are divided by powers of four, so
 // that layers of many scales take a number of steps, and of lengths, that grows with the logarithm of their ratio. At

@@ -59,9 +59,8 @@ Vector LagBehind(const Problem& problem, const Solution& solution) {
   Vector before = Vector::Zero(lag.size());
   for (Index k = 1; k < solution.y.cols(); ++k) {
     const double apart = solution.times[static_cast<std::size_t>(k)] - solution.times[static_cast<std::size_t>(k) - 1];
-    const double steps = apart / solution.step;
-    Vector change = Vector::Zero(lag.size());
-    if (steps > 0.9) change = (of_change * (solution.y.col(k) - solution.y.col(k - 1)) / steps).cwiseAbs();
+    const double steps = std::max(1.0, apart / solution.step);  // between output nodes
+    const Vector change = (of_change * (solution.y.col(k) - solution.y.col(k - 1)) / steps).cwiseAbs();
     lag = lag.cwiseMax(change.cwiseMin(before));  // a jump of y alone is none
     before = change;
   }

@@ -8,6 +8,7 @@
 #include "core/discretization/step_cache.h"
 #include "core/driver/step_memory.h"
 #include "core/parallel/team.h"
+#include "core/stepping/stepping.h"
 
 namespace dlcs {
 namespace {
@@ -37,9 +38,10 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
   const double kernel =
       method == Method::kLaplaceIteration ? std::min<double>(5 * n * n * steps, kMaxKernelDoubles) * sizeof(double) : 0;
   const double run_columns = (kColumnsOfARun * n + 2 * psi) * steps * sizeof(double);
-  // Steps on states keep blocks of some steps: at most 16 MB for each matrix, with sparse factors 4 MB.
-  const double most = propagator.record.used == PropagatorKind::kSparseStepping ? 5e5 : 2e6;
-  const double stretch = kColumnsOfARun * std::min(m * steps, std::max(m, most)) * sizeof(double);
+  // Steps on states keep blocks of some steps, of one at least.
+  const Index most =
+      propagator.record.used == PropagatorKind::kSparseStepping ? kMostNumbersOfAChunk : kMostNumbersOfALargeChunk;
+  const double stretch = kColumnsOfARun * std::min(m * steps, std::max(m, static_cast<double>(most))) * sizeof(double);
   switch (propagator.record.used) {
     case PropagatorKind::kAuto:
     case PropagatorKind::kDense:
@@ -56,8 +58,9 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
       Team& team = Team::Current();
       const double processes = team.distributed_steps() ? team.size() : 1;
       // Blocks have eight steps at least.
-      const double shared = LengthsKept(grid, problem.num_states()) * IterativeStepBytes(problem) +
-                            kColumnsOfARun * std::min(m * steps, std::max(8 * m, 2e6)) * sizeof(double);
+      const double shared =
+          LengthsKept(grid, problem.num_states()) * IterativeStepBytes(problem) +
+          kColumnsOfARun * std::min(m * steps, std::max(8 * m, static_cast<double>(most))) * sizeof(double);
       return trajectory + shared / processes;
     }
     case PropagatorKind::kKroneckerSum:

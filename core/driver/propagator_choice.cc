@@ -10,6 +10,7 @@
 #include "core/discretization/graded_grid.h"
 #include "core/discretization/grid.h"
 #include "core/discretization/step_rule.h"
+#include "core/driver/step_comparison.h"
 #include "core/driver/step_memory.h"
 #include "core/linalg/sparse/krylov_solver.h"
 #include "core/linalg/sparse/sparse_factor.h"
@@ -61,37 +62,38 @@ PropagatorChoice Use(std::shared_ptr<Propagator> system) {
 }
 
 // The steps of a solve, of all lengths. Where they are found by trial, there are some 64 + 128 + ... + 4096 for the
-// default tolerance, and four trials at least.
+// default tolerance, and four trials at least, which show the order.
 struct StepCount {
   double steps, lengths;
 };
 
-constexpr double kFirstTrial = 64;
+// How often the steps of the first trial are halved: once for each digit that is asked for, up to the default.
+double HalvingsUpTo(const Options& options) {
+  const double of_default = -std::log10(Options::kDefaultErrorTolerance);
+  return options.error_tolerance > 0 ? std::clamp(-std::log10(options.error_tolerance), 3.0, of_default) : of_default;
+}
 
 double StepsOfLastTrial(const Options& options) {
-  constexpr double kOfDefault = 4096, kLeast = 512, kPower = 0.3;
-  if (!(options.error_tolerance > 0)) return kOfDefault;
-  const double steps = kOfDefault * std::pow(Options::kDefaultErrorTolerance / options.error_tolerance, kPower);
-  return std::clamp(steps, kLeast, kOfDefault);
+  return static_cast<double>(kFirstTrialSteps) * std::exp2(HalvingsUpTo(options));
 }
 
 StepCount StepsInAll(const Problem& problem, const Options& options) {
   if (!options.has_grid()) {
-    const double last = StepsOfLastTrial(options);
-    return {2 * last - kFirstTrial, 1 + std::log2(last / kFirstTrial)};
+    return {2 * StepsOfLastTrial(options) - static_cast<double>(kFirstTrialSteps), 1 + HalvingsUpTo(options)};
   }
   const double given = CountSteps(problem.horizon, BreakPoints(problem), options);
-  return options.estimate_error ? StepCount{1.75 * given, 3} : StepCount{given, 1};
+  return options.estimate_error ? StepCount{given + given / 2 + given / 4, 3} : StepCount{given, 1};
 }
 
 // The same for steps, which resolve how fast components start to move: trials have shorter steps behind layers
-// (core/discretization/graded_grid.h), here those behind 0, with lengths a quarter of each other.
+// (core/discretization/graded_grid.h), here those behind 0, up to twice as many as there are without.
 StepCount SteppingStepsInAll(const Problem& problem, const Options& options) {
   StepCount count = StepsInAll(problem, options);
   if (options.has_grid() || !(options.error_tolerance > 0)) return count;
-  constexpr double kStepsOfALevel = 6;
-  const double levels = std::clamp(std::log2(problem.horizon / kFirstTrial / FastestStep(problem)) / 2, 0.0, 20.0);
-  return {count.steps * (1 + kStepsOfALevel * levels / kFirstTrial), count.lengths * (1 + levels)};
+  const auto first_trial = static_cast<double>(kFirstTrialSteps);
+  const double scales = std::log2(problem.horizon / first_trial / FastestStep(problem));
+  const double levels = std::clamp(scales / std::log2(kRatioOfLevels), 0.0, 2 * first_trial / kStepsOfALevel);
+  return {count.steps * (1 + kStepsOfALevel * levels / first_trial), count.lengths * (1 + levels)};
 }
 
 // Predicted seconds of a solve with a sparse A on one thread, without its LCPs, which all ways but iterating share.

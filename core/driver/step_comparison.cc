@@ -18,8 +18,6 @@
 namespace dlcs {
 namespace {
 
-constexpr Index kFirstTrialSteps = 64;
-
 // The reason why there is nothing to compare with on another grid.
 std::string NoComparison(const std::string& with, const Solution& other) {
   return "No estimate: with " + with + " the solve ended as " + TerminationName(other.termination) + ". " +

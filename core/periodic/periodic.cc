@@ -216,8 +216,7 @@ bool Search::IsAnswer() {
   if (!current_.is_accurate || !Repeats()) return false;
   if (current_.has_step()) {
     // Below the errors of the period there is nothing to gain.
-    constexpr double kOfErrors = 4;
-    const double allowed = std::max(tolerance_ / 2, std::min(kNear, kOfErrors * MaxAbs(current_.errors)));
+    const double allowed = std::max(tolerance_ / 2, std::min(kNear, MaxAbs(current_.errors)));
     // What the start is off by may grow within the period, as where a contact turns speed into force.
     return MaxAbs(current_.step) <= allowed && MaxAbs(current_.residual) <= allowed;
   }
@@ -227,14 +226,15 @@ bool Search::IsAnswer() {
 // Whether the solution returns to its start after a part of the period too.
 bool Search::HasShorterPeriod(Index& parts) const {
   constexpr Index kMaxParts = 8;
-  constexpr double kSame = 1e-5;
+  constexpr int kMargin = 10;  // no solve has a larger tolerance than the default
   const PeriodSolve& solve = current_.solve;
   for (parts = kMaxParts; parts > 1; --parts) {
     const double time = solve.period / static_cast<double>(parts);
     const TrajectoryPiece& piece = PieceAt(solve.solution, time);
     const Vector distance = (StateAt(piece, time) - solve.start).cwiseAbs();
     if (solve.y_size.size() > 0 && !solve.IsOnBranch(BranchAt(piece, time))) continue;
-    if ((distance.array() <= kSame * solve.range.array().max(kAtRest * solve.size.array())).all()) return true;
+    const Vector unit = solve.range.cwiseMax(kAtRest * solve.size);
+    if ((distance.array() <= kMargin * Options::kDefaultErrorTolerance * unit.array()).all()) return true;
   }
   return false;
 }

@@ -24,7 +24,7 @@ Index Chunk(const SolveContext& context) {
   const bool iterates = context.solution.propagator.used == PropagatorKind::kIterativeStepping;
   const Index m = context.most_states(), n = context.most_pairs();
   const Index operations = n * n + (is_dense ? m * m : m);
-  const Index numbers = Index{1} << (is_dense || iterates ? 21 : 19);
+  const Index numbers = is_dense || iterates ? kMostNumbersOfALargeChunk : kMostNumbersOfAChunk;
   return std::clamp<Index>(std::min(numbers / m, (Index{1} << 23) / operations), is_dense ? 8 : 1, 256);
 }
 

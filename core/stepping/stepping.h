@@ -21,6 +21,10 @@
 
 namespace dlcs {
 
+// The numbers of a matrix with a column for each of the steps that are taken between two sums of the certificate, where
+// columns are long: 4 MB, or 16 MB where A is dense or steps are iterative.
+inline constexpr Index kMostNumbersOfAChunk = Index{1} << 19, kMostNumbersOfALargeChunk = Index{1} << 21;
+
 using SchemeFactory = std::function<Scheme(double step)>;
 
 // The statistics of Newton's method over all steps.
