@@ -44,8 +44,8 @@ bool IsClearlyPositive(const LegendreVector& series, double shift) {
 
 bool HasNegative(const LegendreVector& b) { return !(b.minCoeff() >= 0); }
 
-// Positions are known so well. Pieces on which series + shift may be negative are not searched further if they are
-// shorter.
+// Positions in [-1, 1] are known so well, to some ulps. Pieces on which series + shift may be negative are not searched
+// further if they are shorter; for a quarter of it they would be halved twice more.
 constexpr double kShortest = RoundingOf(16);
 // The part of a dip that is left to such a search. DipBelowZeroTest feels 4 times as much.
 constexpr double kAccuracy = 1.0 / 8;

@@ -20,7 +20,9 @@ namespace {
 
 // The size of a state is at least this part of its size in the first solve, and of what the other states contribute to
 // it in a period. A state that comes to rest at zero has no relative accuracy. Later solves do not show sizes: those of
-// an unstable system grow without bounds, and Newton's method may wander far away.
+// an unstable system grow without bounds, and Newton's method may wander far away. The first part is far from both
+// rounding and what counts, by four digits or more; by the second one, the error that is allowed to a state which is
+// small by cancellation is that of three more digits of its terms.
 constexpr double kOfFirst = 1e-10;
 constexpr double kOfOthers = 1e-3;
 

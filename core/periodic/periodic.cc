@@ -35,16 +35,20 @@ constexpr Index kPeriods = 400;
 constexpr int kMaxElsewhere = 3;  // periods after which x returned, but on another branch
 // A residual, relative to the sizes, below which a start counts as periodic.
 constexpr double kIsPeriodic = 1e-8;
-// The tolerance of a period far from the answer, and the Newton step below which solves are as accurate as the answer.
+// The Newton step below which solves are as accurate as the answer. The next step is of the order of its square, so
+// that for a quarter of it one more solve is loose at most, and for four times as much one less.
 constexpr double kNear = 1e-2;
-// The smallest tolerance of a period, and the share of the tolerance that the errors of a period may use.
+// The share of the tolerance that the errors of a period may use: most is left for the start. Steps between events are
+// of so high an order that a quarter of it takes some tenth more of them.
 constexpr double kShare = 0.1;
 // Of a transient that does not settle so many periods are tried once more, those that Newton's method moves least: near
 // close returns are unstable solutions. Source: D. Auerbach et al. Exploring chaotic motion through periodic orbits.
 // Phys. Rev. Lett. 58, 2387-2389, 1987. PeriodicTest.DisturbancesDoWhatTheMultipliersSay needs them.
 constexpr std::size_t kCloseReturns = 8;
-constexpr double kShortestStep = 1.0 / 8;  // of Newton's
-constexpr double kShorter = 3.0 / 4;       // each of Newton's full steps shortens the next one to this part
+constexpr double kShorter = 3.0 / 4;  // each of Newton's full steps shortens the next one to this part
+// The shortest of Newton's steps, which shortens the next one by a 32nd only. Two more halvings would cost two more
+// periods, which are better spent on the transient.
+constexpr double kShortestStep = 1.0 / 8;
 
 // A solve of one period with the Newton step from its start. Unknowns are the states in units of their sizes, and after
 // them the period in its own units if it is unknown.

@@ -19,7 +19,10 @@ std::string IterativeStep::WhyNot(const Problem& problem) {
 }
 
 double IterativeStep::ToleranceFor(const Options& options, Index steps) {
-  constexpr double kMost = 1e-10, kPart = 0.01;
+  // No tolerance is so large that a step is not one of the rule: it may take 1e-10 of its size. An iteration gains
+  // about a digit with multigrid, so that four times as much saves one at most.
+  constexpr double kMost = 1e-10;
+  constexpr double kPart = 0.01;  // of the tolerance, for all steps
   if (!(options.error_tolerance > 0)) return std::max(options.iteration_tolerance, kLeastTolerance);
   return std::clamp(kPart * options.error_tolerance / static_cast<double>(steps), kLeastTolerance, kMost);
 }
@@ -105,7 +108,9 @@ LcpStatus IterativeStep::Solve(const Vector& right, const Eigen::Ref<const Vecto
 }
 
 bool IterativeStep::HoldsInEachPair(const State& state, const Eigen::Ref<const Vector>& g) const {
-  constexpr double kGross = 1e3;  // terms of rows on a grid differ
+  // Terms of rows on a grid differ by some hundreds. A pair that the solver does not see is wrong by as much as its own
+  // terms, many digits more.
+  constexpr double kGross = 1e3;
   if (!team_.is_alone()) return true;
   const Problem& problem = rule_.problem();
   const Vector x = StatesOf(state), y = PairsOf(state);
