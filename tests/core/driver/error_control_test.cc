@@ -163,6 +163,7 @@ TEST(ErrorToleranceOptionTest, OfWuChenIterationIncludesItsContour) {
   const Solution solution = SolveFor(ExampleFourOne(), options);
   ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   EXPECT_LE(ErrorOfFourOne(solution), 1e-4);  // x1 stays near 0.1
+  EXPECT_LE(solution.accuracy.error, 1e-3);
   EXPECT_GT(solution.contour.value().nodes, 2);
 }
 

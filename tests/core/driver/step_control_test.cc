@@ -10,6 +10,7 @@
 #include <functional>
 #include <limits>
 #include <utility>
+#include <vector>
 
 namespace dlcs {
 namespace {
@@ -199,6 +200,27 @@ TEST(SolveToToleranceTest, SaysWhatItReachedWhereTheBoundOfStepsIsInTheWay) {
   MadeUpMethod hopeless{.order = 0.5};
   EXPECT_FALSE(Control(hopeless, 1e-12).reached);
   EXPECT_LT(hopeless.solves, 12);
+}
+
+// Far from the answer changes of the data do something else: they are tried at the first trial, and at the first one
+// that is accurate to a thousandth.
+TEST(SolveToToleranceTest, MeasuresRoundingWhereTrialsAreAccurate) {
+  Options options;
+  options.num_steps = 64;
+  options.error_tolerance = 1e-4;
+  const StepControl control{.options = options, .expected_order = 1, .most_steps = 1 << 20, .nodes_kept = 4096};
+  MadeUpMethod method{.order = 1};
+  TrialSolves trials = TrialsOf(std::ref(method));
+  std::vector<double> errors;
+  trials.solve_rounded = [&](const Grid& grid, double) {
+    errors.push_back(grid.longest_step);
+    return method(grid);
+  };
+  EXPECT_TRUE(SolveToTolerance(control, MakeGrid(1, {}, options), trials).value().reached);
+  ASSERT_EQ(errors.size(), 2u);
+  EXPECT_EQ(errors[0], 1.0 / 64);
+  EXPECT_LE(errors[1], 1e-3);
+  EXPECT_GT(4 * errors[1], 1e-3);
 }
 
 TEST(KeepTimesTest, TakesLeftLimitsAlong) {

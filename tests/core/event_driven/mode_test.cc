@@ -132,6 +132,20 @@ TEST(ModeTest, ASmallMMakesFastStates) {
   EXPECT_GT(mode->rate, 1e7);
 }
 
+// A row of M determines y even where it is far smaller than B: then the equations of the states stay as they are.
+TEST(ModeTest, IsExplicitWhereMIsSmallBesideB) {
+  Problem problem;
+  problem.A = Matrix{{-1}};
+  problem.B = problem.N = Matrix{{1}};
+  problem.horizon = 1;
+  for (const double M : {1.0, 0.01, 5e-4}) {
+    problem.M = Matrix{{M}};
+    const auto mode = MakeMode(problem, {0});
+    ASSERT_TRUE(mode);
+    EXPECT_TRUE(mode->is_explicit()) << M;
+  }
+}
+
 // The two slacks of an open switch with an off-resistance, w and -w: one is zero, and so is the other one.
 TEST(ModeTest, WhatTheOppositeOfAnActiveRowLeavesIsNoRounding) {
   Problem problem;

@@ -343,6 +343,21 @@ TEST(PeriodicTest, WithoutLossesItIsNotIsolated) {
   EXPECT_NE(resonance.message.find("grows"), std::string::npos) << resonance.message;
 }
 
+// Where hardly anything of a disturbance decays in a period, rounding would decide where the solution is.
+TEST(PeriodicTest, WithHardlyAnyLossesItIsNotIsolated) {
+  const auto with_loss = [](double a_period) {
+    const Matrix A{{-a_period / 2 / kPi}};
+    return Periodic(Linear(A, TimeFunction::Formulas({"sin(t)"}), Vector{{-1}}), 2 * kPi, 1e-4);
+  };
+  const Solution none = with_loss(5e-12);
+  EXPECT_EQ(none.termination, Termination::kNotPeriodic);
+  EXPECT_NE(none.message.find("not isolated"), std::string::npos) << none.message;
+  const Solution found = with_loss(2e-11);
+  EXPECT_EQ(found.termination, Termination::kReachedEnd) << found.message;
+  EXPECT_NEAR(found.x(0, 0), -1, found.accuracy.error);
+  EXPECT_LE(found.accuracy.error, 0.01);
+}
+
 TEST(PeriodicTest, APeriodThatIsNoneIsRefused) {
   const auto refused = Ask(Linear(Matrix{{-1}}, TimeFunction::Formulas({"sin(2*pi*t)"}), Vector{{0.0}}), 1.5);
   ASSERT_FALSE(refused.ok());
@@ -564,6 +579,18 @@ TEST(PeriodicTest, AHysteresisReturnsToItsBranch) {
     EXPECT_EQ(none.termination, Termination::kNotPeriodic) << none.message;
     EXPECT_NE(none.message.find("periodic"), std::string::npos) << none.message;
   }
+}
+
+// The same comparator around a voltage that is 400,000 times its hysteresis.
+TEST(PeriodicTest, ASmallRippleIsAnOscillation) {
+  const double offset = 4e5;
+  Problem problem = System(Matrix{{-1}}, Matrix{{-1, 0}}, Matrix{{-1}, {0}}, Matrix{{-0.5, 1}, {-1, 0}},
+                           TimeFunction::Constant(Vector{{1 + offset}}),
+                           TimeFunction::Constant(Vector{{0.5 + offset, 2}}), Vector{{offset}}, 20);
+  problem.rule = SolutionRule::kHistory;
+  problem.y0 = Vector{{0, 0}};
+  const Solution found = SolvedPeriodic(problem, Options::kFindPeriod, 1e-7);
+  EXPECT_NEAR(found.periodic->period, 2 * std::log(3.0), 1e-2);
 }
 
 TEST(PeriodicTest, SaysWhereThereIsNoOscillation) {

@@ -423,6 +423,7 @@ TEST(SeveralSolutionsTest, OfACircuitAreRuledOutByItsStorage) {
   };
   const Matrix circuit{{1, 1, 1, 1}, {0, 0, 0, 0}}, on_its_voltage{{-1, 0}, {-1, 0}, {1, 0}, {1, 0}};
   EXPECT_FALSE(warns(circuit, on_its_voltage));
+  EXPECT_FALSE(warns(circuit, Matrix{{-1, 0}, {-1, 0}, {1 + 4e-10, 0}, {1, 0}})) << "data of ten digits";
   EXPECT_TRUE(warns(Matrix{{1, 1, -1, 1}, {0, 0, 0, 0}}, on_its_voltage));
   EXPECT_TRUE(warns(circuit, Matrix{{-1, 0}, {-1, 0}, {1, 0}, {0, 1}}));
 }

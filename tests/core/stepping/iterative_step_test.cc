@@ -177,6 +177,17 @@ TEST(IterativeStepTest, SolvesPairsOfAnySizeBesideEachOther) {
   EXPECT_LE(MaxAbs(solution.y - direct.y), 1e-7 * MaxAbs(direct.y));
 }
 
+// What all steps leave is small beside the error that is asked for.
+TEST(IterativeStepTest, ResidualsOfAllStepsAreASmallPartOfTheTolerance) {
+  Options options;
+  for (const double tolerance : {1e-4, 1e-6}) {
+    options.error_tolerance = tolerance;
+    for (const Index steps : {512, 4096}) {
+      EXPECT_LE(static_cast<double>(steps) * IterativeStep::ToleranceFor(options, steps), tolerance / 50);
+    }
+  }
+}
+
 TEST(IterativeStepTest, IsRefusedWhereItDoesNotServe) {
   Problem problem = Membrane(8);
   SparseMatrix N = problem.N.Sparse();
