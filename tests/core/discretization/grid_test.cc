@@ -50,6 +50,16 @@ TEST(GridTest, LeavesTheGridAloneWhenOutputTimesAreNodes) {
   EXPECT_EQ(grid.times[1], 0.1);  // the caller's own number, not 3 · (1/30)
 }
 
+TEST(GridTest, OutputTimesThatAreWrittenWithTenDigitsAreTheNodesTheyMean) {
+  Options options;
+  options.num_steps = 12;
+  options.output_times = {0.08333333333, 0.4166666667, 0.5833333333, 0.9166666667};
+  options.output_times_only = true;
+  const Grid grid = MakeGrid(1, {}, options);
+  EXPECT_EQ(grid.num_steps(), 12);
+  EXPECT_THAT(grid.output_nodes, ElementsAre(1, 5, 7, 11));
+}
+
 TEST(GridTest, SplitsAStretchAtOutputTimesThatAreNoNodes) {
   Options options;
   options.num_steps = 4;

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +55,37 @@ TEST(StepSourcesTest, TimesThatAreRoundedToTheBeginAreBehindIt) {
     sampler.Probe(step);
     EXPECT_LE(step.f.error.truncation[0], 1e-9) << length;
   }
+}
+
+std::optional<double> KinkOf(const std::string& f) {
+  Problem problem = testing::Scalar(-1, 1, 1, 1);
+  problem.f = TimeFunction::Formulas({f});
+  absl::StatusOr<Sources> sources = Sources::Create(problem);
+  if (!sources.ok()) return std::nullopt;
+  SourceSampler sampler(*sources);
+  StepSources step;
+  sampler.Sample(0, 1, step);
+  return sampler.FindKink(step);
+}
+
+// A thousandth of the source bends, so that halving the step takes away most of what its polynomial misses at first.
+TEST(StepSourcesTest, FindsAWeakKinkInASmoothSource) {
+  EXPECT_NEAR(KinkOf("1e-3*abs(t - 0.7123) + exp(t)").value_or(NAN), 0.7123, 1e-11);
+}
+
+TEST(StepSourcesTest, FindsAJumpOfAThousandUlp) {
+  EXPECT_NEAR(KinkOf("2e-13*sign(t - 0.3) + t").value_or(NAN), 0.3, 1e-15);
+}
+
+// Of a source that bends in its second derivative only, the polynomials are exact before its place is known.
+TEST(StepSourcesTest, AKinkThatIsFoundIsFoundToAMillionthOfTheStep) {
+  for (const char* f : {"abs(t - 0.3)*(t - 0.3)", "abs(t - 0.3)^1.5", "abs(t - 0.3)^3", "abs(t - 0.3) + exp(t)"}) {
+    EXPECT_NEAR(KinkOf(f).value_or(0.3), 0.3, 1e-6) << f;
+  }
+}
+
+TEST(StepSourcesTest, AnOscillationAndASteepFrontAreNoKinks) {
+  for (const char* f : {"sin(1e5*t)", "sin(1e7*t)", "tanh(1e6*(t - 0.3))"}) EXPECT_FALSE(KinkOf(f)) << f;
 }
 
 // Whether f is constant between its break points.

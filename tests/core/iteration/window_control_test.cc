@@ -73,6 +73,13 @@ TEST(WindowWidthTest, GrowsFromOneStepWhereIterationsGrowSlowly) {
   EXPECT_LE(widest, 64);
 }
 
+TEST(RelativeChangeTest, ARowTenDigitsBelowTheLargestCountsByItsOwnSize) {
+  const Vector size{{1, 1e-10}};
+  EXPECT_DOUBLE_EQ(RelativeChange(size, Vector{{0.125, 0.5e-10}}), 0.5);
+  // One that is only the rounding of the largest does not.
+  EXPECT_LE(RelativeChange(Vector{{1, 1e-16}}, Vector{{0, 1e-16}}), 1e-6);
+}
+
 TEST(WindowWidthTest, DoublesWhereIterationsAreFewAndHalvesWhereAWindowFails) {
   WindowWidth width(16);
   width.Accept(16, 8);

@@ -272,6 +272,24 @@ TEST(WuChenIterationTest, KeepsTheLastIterateWhereIterationsRunOut) {
   }
 }
 
+// x' = x - 28 (y1 - y2) with y1 - y2 = max(0, x) - max(0, -x) = x: changes grow like 28^k/k! and then fall.
+TEST(WuChenIterationTest, ConvergesAfterChangesHaveGrownByNineDigits) {
+  Problem problem;
+  problem.A = Matrix{{1}};
+  problem.B = Matrix{{-28, 28}};
+  problem.M = Matrix{{1, 0}, {0, 1}};
+  problem.N = Matrix{{-1}, {1}};
+  problem.f = TimeFunction::Formulas({"0"});
+  problem.g = TimeFunction::Formulas({"0", "0"});
+  problem.x0 = Vector{{1}};
+  problem.horizon = 1;
+  Options options = On(Method::kWuChenIteration, 64);
+  options.iteration_tolerance = 1e-4;
+  const Solution solution = testing::SolveWith(problem, options);
+  EXPECT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+  EXPECT_LT(MaxAbs(solution.x - SolveToEnd(problem, On(Method::kLaplaceIteration, 64)).x), 1e-4);
+}
+
 // Feedback of gain 4 on [0, 40]: the iteration over the whole of it diverges, whatever the steps.
 TEST(WuChenIterationTest, EndsAtTheFirstTrialThatDiverges) {
   Problem problem;

@@ -111,6 +111,30 @@ TEST(GradedSchurTest, KeepsSlowEigenvaluesThatAreDifferencesOfLargeOnes) {
   }
 }
 
+// The same, where they are only some hundred times slower, and over a hundred of the fast times.
+TEST(GradedSchurTest, KeepsSlowEigenvaluesThatAreDifferencesOfModeratelyLargeOnes) {
+  constexpr double kLeak = 0x1p-6;
+  for (double fast = 80; fast < 200; fast += 3) {
+    const Matrix A{{-fast, fast}, {1, -1 - kLeak}};
+    const double trace = fast + 1 + kLeak;
+    const double large = -(trace + std::sqrt(trace * trace - 4 * fast * kLeak)) / 2, small = fast * kLeak / large;
+    for (const double duration : {1.0, kForever}) {
+      EXPECT_NEAR(SortedRealParts(*ComputeGradedSchurForm(A, duration))[1] / small, 1, 1e-14) << fast;
+    }
+  }
+}
+
+// The same within one of the fast times.
+TEST(GradedSchurTest, KeepsSlowEigenvaluesThatAreDifferencesOfLargeOnesOverShortTimes) {
+  constexpr double kLeak = 0x1p-6;
+  for (const double fast : {0x1.8p17, 0x1p18, 0x1.8p18}) {
+    const Matrix A{{-fast, fast}, {1, -1 - kLeak}};
+    const double trace = fast + 1 + kLeak;
+    const double large = -(trace + std::sqrt(trace * trace - 4 * fast * kLeak)) / 2, small = fast * kLeak / large;
+    EXPECT_NEAR(SortedRealParts(*ComputeGradedSchurForm(A, 1 / fast))[1] / small, 1, 1e-14) << fast;
+  }
+}
+
 TEST(GradedSchurTest, PutsFastEigenvaluesOfAGradedBlockFirst) {
   const auto form = ComputeGradedSchurForm(Ladder(6, 1e9), kForever);
   for (Index i = 0; i + 1 < 6; ++i)

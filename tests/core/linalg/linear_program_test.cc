@@ -25,6 +25,20 @@ TEST(LinearProgramTest, TellsInfeasibleFromUnbounded) {
   EXPECT_EQ(SolveLinearProgram(program).verdict, LinearProgramVerdict::kUnboundedBelow);
 }
 
+// x, y >= 1 and x + y <= 2 - δ: rounding of numbers of size one makes a program infeasible only beyond nine digits.
+TEST(LinearProgramTest, NumbersThatAgreeToNineDigitsDoNotContradict) {
+  const auto verdict = [](double gap) {
+    LinearProgram program = MakeLinearProgram(1, 2);
+    program.rows << 1, 1;
+    program.row_upper << 2 - gap;
+    program.lower.setOnes();
+    program.cost << 1, 1;
+    return SolveLinearProgram(program).verdict;
+  };
+  EXPECT_EQ(verdict(0.5e-9), LinearProgramVerdict::kOptimal);
+  EXPECT_EQ(verdict(3e-9), LinearProgramVerdict::kInfeasible);
+}
+
 // min x + 2y over x + y >= 3, x - y = 1 with free x and y is taken at (2, 1): cost = 3/2 (1, 1) - 1/2 (1, -1).
 TEST(LinearProgramTest, TakesFreeVariablesAndEqualities) {
   LinearProgram program = MakeLinearProgram(2, 2);

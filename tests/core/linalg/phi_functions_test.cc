@@ -131,6 +131,13 @@ TEST(PhiFunctionsTest, OfAStepAreThoseAtItsMiddleAndItsEnd) {
   }
 }
 
+// e^Z = e^-20 [cosh 1, sinh 1; sinh 1, cosh 1]: both states decay to a billionth of one.
+TEST(PhiFunctionsTest, KeepTheDigitsOfCoupledStatesThatDecay) {
+  const PhiFunctions phi = ComputePhiFunctions(Matrix{{-20, 1}, {1, -20}});
+  EXPECT_NEAR(phi.phi0(0, 0) / (std::exp(-20) * std::cosh(1)), 1, 1e-13);
+  EXPECT_NEAR(phi.phi0(0, 1) / (std::exp(-20) * std::sinh(1)), 1, 1e-13);
+}
+
 TEST(PhiFunctionsTest, LetNaNThrough) {
   Matrix Z = Matrix::Zero(2, 2);
   Z(0, 1) = NAN;
