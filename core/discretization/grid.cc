@@ -16,7 +16,7 @@ namespace {
 bool IsRounded(double a, double b) { return std::abs(a - b) <= RoundingOf(16) * std::max(a, b); }
 
 Index StepsFor(double length, double longest_step) {
-  return std::max<Index>(1, static_cast<Index>(std::ceil(length / longest_step * (1 - 1e-12) - kSameNode)));
+  return std::max<Index>(1, static_cast<Index>(std::ceil(length / longest_step * (1 - RoundingOf(16)) - kSameNode)));
 }
 
 // Appends equal steps over [begin, end] to `runs`.

@@ -120,9 +120,9 @@ Vector EstimateTail(const LegendreSeries& series, const Vector& rounding) {
   for (Index i = 0; i < tail.size(); ++i) {
     const double last = NanMax(0, NanMax(std::abs(series(i, K)), std::abs(series(i, K - 1))) - rounding[i]);
     const double before = NanMax(std::abs(series(i, K - 2)), std::abs(series(i, K - 3)));
-    const double ratio = before > 0 ? std::clamp(last / before, 1e-2, 0.8) : 0.8;
+    const double ratio = std::clamp(last / before, 1e-2, 0.8);
     const double left = 1 - std::sqrt(ratio);
-    tail[i] = last * ratio / (left * left);
+    tail[i] = last == 0 ? 0 : last * ratio / (left * left);
   }
   return tail;
 }

@@ -34,7 +34,7 @@ StepWeights WeightsOfStep(Complex z, double h, size_t terms) {
     // k! φ_{k+1}(w) = Σ w^i k!/(k+1+i)!, the highest first, then φ_k = 1/k! + w φ_{k+1}: the recurrence upwards
     // cancels.
     Complex sum = 0, term = 1.0 / static_cast<double>(terms);
-    for (size_t i = 1; std::abs(term) > 1e-18; ++i) {
+    for (size_t i = 1; sum + term != sum; ++i) {
       sum += term;
       term *= w / static_cast<double>(terms + i);
     }

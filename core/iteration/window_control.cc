@@ -17,10 +17,8 @@ constexpr Index kManyIterations = 20;
 constexpr Index kStepsOfOverhead = 16;
 // The number of windows for which a width that failed is not tried again.
 constexpr Index kMemory = 8;
-// If the change grows by this factor and the window may shrink, the iteration counts as diverged. A convergent
-// iteration may grow more at first, but then a shorter window is cheaper.
-constexpr double kDivergence = 1e3;
-// A change that is no smaller than it was this many iterations ago also counts as divergence.
+// A change that is no smaller than it was this many iterations ago counts as divergence. A convergent iteration may
+// grow for longer, but then a shorter window is cheaper.
 constexpr size_t kPatience = 5;
 
 }  // namespace
@@ -42,9 +40,7 @@ bool Converged(const std::vector<double>& changes, double tolerance) {
 }
 
 bool Diverging(const std::vector<double>& changes) {
-  const double change = changes.back();
-  if (change > kDivergence * std::max(changes.front(), 1e-3)) return true;
-  return changes.size() > kPatience && change >= changes[changes.size() - 1 - kPatience];
+  return changes.size() > kPatience && changes.back() >= changes[changes.size() - 1 - kPatience];
 }
 
 void WindowWidth::Accept(Index steps, Index iterations) {

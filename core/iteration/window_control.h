@@ -23,7 +23,7 @@ double RelativeChange(const Vector& size, const Vector& change);
 // contraction by ρ) are both small. Changes at the level of rounding count as converged.
 bool Converged(const std::vector<double>& changes, double tolerance);
 
-// Whether the changes have grown too much, or are no smaller than some iterations ago.
+// Whether the changes are no smaller than some iterations ago.
 bool Diverging(const std::vector<double>& changes);
 
 // The most iterations for a window that may shrink, and for one that may not.
