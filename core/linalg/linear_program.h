@@ -14,10 +14,9 @@ inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 // By as much a solution may violate rows and bounds, and a cost may be off: CLP's tolerances, for data of size one.
 inline constexpr double kProgramTolerance = 1e-9;
-// A number that is larger, in data of size one, is no such error.
+// A number that is larger, in data of size one, is no such error, not even where some of them are added up; a factor of
+// 4 leaves it above one. Numbers near it stay undecided, or are tried and then checked by arithmetic.
 inline constexpr double kProgramMargin = 1e-8;
-// A number that is larger remains positive where some of such errors are added up.
-inline constexpr double kClearProgramMargin = 1e-7;
 
 // minimize costᵀz  subject to  row_lower <= rows z <= row_upper,  lower <= z <= upper;  ±kUnbounded for no bound.
 struct LinearProgram {

@@ -73,7 +73,7 @@ std::optional<Vector> Column(const Matrix& M, const Vector& gain, Index j) {
   program.upper.setConstant(1);
   program.cost[n] = -1;
   const LinearProgramSolution column = SolveLinearProgram(program);
-  if (column.verdict != LinearProgramVerdict::kOptimal || !(column.z[n] > kClearProgramMargin)) return std::nullopt;
+  if (column.verdict != LinearProgramVerdict::kOptimal || !(column.z[n] > kProgramMargin)) return std::nullopt;
   return column.z.head(n);
 }
 

@@ -27,11 +27,11 @@ bool IsCombinationBeyondRounding(const Matrix& M, const Vector& g, const Vector&
   Vector rest = g - M.transpose() * b;
   const double residual = std::abs(rest[j]) + kRounding;  // of sums of size 1e3
   rest[j] = kUnbounded;
-  if (rest.minCoeff() < kClearProgramMargin) return false;
+  const double margin = rest.minCoeff() - kRounding;
   for (Index i = 0; i < M.rows(); ++i) {
     if (i == j) continue;
     const double move = residual / std::abs(M(i, j));
-    if (move < b[i] && move * M.row(i).lpNorm<Eigen::Infinity>() < kProgramMargin) return true;
+    if (move < b[i] && move * M.row(i).lpNorm<Eigen::Infinity>() < margin) return true;
   }
   return false;
 }
@@ -109,7 +109,7 @@ std::optional<Matrix> HiddenZMatrixForChoice(const Matrix& M, unsigned alpha) {
   program.upper.setConstant(1);
   program.cost[t] = -1;
   const LinearProgramSolution solution = SolveLinearProgram(program);
-  if (solution.verdict != LinearProgramVerdict::kOptimal || !(solution.z[t] > kClearProgramMargin)) return std::nullopt;
+  if (solution.verdict != LinearProgramVerdict::kOptimal || !(solution.z[t] > kProgramMargin)) return std::nullopt;
   return Matrix(solution.z.head(t).reshaped(n, n));
 }
 
@@ -122,7 +122,7 @@ bool HiddenZChoiceIsImpossible(const Matrix& M, unsigned alpha) {
     const std::optional<Exclusion> found = Exclude(M, G, support, with_margin);
     if (!found) return false;
     if (with_margin) return IsProof(M, G, *found);
-    for (std::size_t j = 0; j < support.size(); ++j) support[j] = found->w[static_cast<Index>(j)] > kClearProgramMargin;
+    for (std::size_t j = 0; j < support.size(); ++j) support[j] = found->w[static_cast<Index>(j)] > kProgramMargin;
   }
   return false;
 }
