@@ -7,7 +7,8 @@
 
 In the copy `constexpr double kName = 1e-3;` is `const double kName = VariedConstant("mode.cc:kName", 1e-3);`, and
 literals without a name likewise: one build serves all runs, which say in the environment variable DLCS_VARIED which
-constant is multiplied by what. Arrays, what a constant expression needs and tables of methods stay as they are.
+constant is multiplied by what. Arrays, what a constant expression needs, tables of methods and infinities stay as they
+are.
 
 Of a constant in core/FOLDER the tests of tests/core/FOLDER run first; then other short ones of the engine, plain and
 hostile systems, until one fails. The table has a line for each constant and factor, with the first of the tests that
@@ -93,7 +94,8 @@ def replacements(path):
                 number += 1
             begin, end = starts[first], code.index(";", starts[first])
             equals = code.find("=", begin, end)
-            if constants.is_table(lines, first) or equals < 0 or "[" in code[begin:equals]:
+            is_given = "infinity" in code[begin:end] and constants.GIVEN.search(code[begin:end + 1])
+            if constants.is_table(lines, first) or is_given or equals < 0 or "[" in code[begin:equals]:
                 number += 1
                 continue
             words = re.match(r"(\s*)((?:\w+ )*?)double ", code[begin:end])
