@@ -15,6 +15,7 @@ class Progress {
 
   // The solve has reached `time`.
   void At(double time) {
+    // Ten reports in a second are motion to a reader; two or forty would do as well, and cost a method nothing.
     constexpr double kInterval_s = 0.1;
     const double now = context_.Seconds();
     if (open_ && now - reported_s_ < kInterval_s) return;

@@ -20,7 +20,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // since other units of the states must give the same sizes.
 Vector BalanceBlock(const RowMajorMatrix& gains, const RowMajorMatrix& transposed, const std::vector<Index>& block,
                     const std::vector<Index>& place) {
-  constexpr double kBalanced = 1e-3;  // of the sums; sizes are orders of magnitude
+  // Of the sums: sizes are orders of magnitude, which the percent or so that a factor of 4 here makes does not change.
+  constexpr double kBalanced = 1e-3;
   constexpr int kMaxSweeps = 100;     // balancing that is 1e5 off changes few verdicts
   const auto size = static_cast<Index>(block.size());
   Vector d = Vector::Zero(size);

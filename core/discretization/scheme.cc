@@ -94,6 +94,8 @@ Solved SolveBalanced(const Matrix& matrix, const Matrix& right) {
 }
 
 Solved Solve(const Matrix& matrix, const Matrix& right) {
+  // A plain solve then loses 7 of 53 bits, and less than half of that on average: with a factor of 4 here a step is as
+  // exact up to two bits, or takes some more operations.
   constexpr double kWellConditioned = 128;
   const PanelLu factor(matrix);
   Solved solved;

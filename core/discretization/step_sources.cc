@@ -249,6 +249,8 @@ std::optional<double> SourceSampler::FindKink(const StepSources& step) {
 // A kink in [from, to], around which the sources are smooth: by the polynomials on both sides, of the component that
 // bends most.
 double SourceSampler::WhereTheyMeet(double begin, double from, double to, double end) {
+  // Short for the sources, and long beside the millionth of the step that [from, to] is at most: any part between the
+  // two, and so a factor of 4, gives the same place.
   constexpr double kBeside = 1e-3;
   const double width = std::min({kBeside * (end - begin), from - begin, end - to});
   if (!(width > 4 * (to - from))) return to;

@@ -39,6 +39,7 @@ Matrix FirstIterate(const Matrix& guess, WindowModel& window) {
 
 // Windows in flight that grow beyond this would drown the first one in the rounding of the convolution.
 bool IsTame(const Matrix& next, const Matrix& q, const Vector& size) {
+  // The rounding of 1e3 is a tenth of the tolerance for iterates, 1e-12, and a factor of 4 leaves it below.
   constexpr double kMaxGrowth = 1e3;
   return RelativeChange(size, RowMaxAbs(next - q)) <= kMaxGrowth;
 }

@@ -91,6 +91,7 @@ double SumNorm(const Matrix& A) { return A.size() ? A.cwiseAbs().colwise().sum()
 
 // Whether rows and columns are alike already, and every state depends on others, and they on it.
 bool IsEven(const Matrix& A) {
+  // Powers of two that balance them further save at most two doublings: with a factor of 4 here, at most four.
   constexpr double kAlike = 4;
   const Vector diagonal = A.diagonal().cwiseAbs();
   const Vector columns = A.cwiseAbs().colwise().sum().transpose() - diagonal;
@@ -101,7 +102,10 @@ bool IsEven(const Matrix& A) {
 }
 
 Scaling ChooseScaling(const Matrix& Z) {
-  constexpr double kEnough = 0.5, kTame = 8;
+  constexpr double kEnough = 0.5;
+  // Balancing takes as long as some doublings, and here it could save four at most: where it begins to pay, a factor of
+  // 4 is two doublings more or less.
+  constexpr double kTame = 8;
   Scaling scaling;
   double norm = SumNorm(Z);
   if (norm > kTame && std::isfinite(norm) && !IsEven(Z)) {
