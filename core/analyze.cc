@@ -17,6 +17,7 @@
 #include "core/parallel/stop_scope.h"
 #include "core/problem/mass_matrix.h"
 #include "core/problem/validate.h"
+#include "core/problem/violation_list.h"
 
 namespace dlcs {
 namespace {
@@ -93,6 +94,7 @@ absl::Status Fill(const Problem& problem, const Options& options, const std::sto
 
 absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop) {
   if (absl::Status status = CheckValid(problem, options); !status.ok()) return status;
+  if (!problem.switching.is_empty()) return InvalidField("switching", "problems with switches are not analyzed yet");
   return AnalyzeValidated(problem, options, std::move(stop));
 }
 

@@ -18,6 +18,7 @@
 #include "core/parallel/stop_scope.h"
 #include "core/parallel/team.h"
 #include "core/periodic/periodic.h"
+#include "core/problem/condition_pairs.h"
 #include "core/problem/number_range.h"
 #include "core/problem/source_periods.h"
 #include "core/problem/validate.h"
@@ -140,10 +141,39 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   return SolveValidated(problem, options, observer, std::move(stop), setups, resume);
 }
 
+namespace {
+
+// A problem with switches: event_driven alone locates the times at which they flip.
+absl::StatusOr<Solution> SolveSwitched(const Problem& problem, const Options& options, Observer& observer,
+                                       std::stop_token stop, const ResumePoint* resume) {
+  if (options.method != Method::kAuto && options.method != Method::kEventDriven) {
+    return InvalidField("method", "a problem with switches is solved by event-driven alone");
+  }
+  if (options.period != 0)
+    return InvalidField("period", "no periodic state is computed for problems with switches yet");
+  if (resume) return InvalidField("resume", "a solve with switches begins at 0");
+  Options solved_with = options;
+  solved_with.method = Method::kEventDriven;
+  solved_with.keep_pieces = options.keep_pieces || HasMeasurements(problem);
+  const Problem solved = WithConditionPairs(problem);
+  auto solution = SolveUnlessStopped(solved, solved_with, observer, stop, nullptr, nullptr);
+  if (!solution.ok()) return solution;
+  NameWhatIsTooLarge(solved, *solution);
+  if (HasMeasurements(problem)) {
+    if (absl::Status measured = Measure(solved, options, *solution); !measured.ok()) return measured;
+  }
+  if (!options.keep_pieces) solution->pieces.clear();
+  RemoveConditionPairs(problem.num_constraints(), *solution);
+  return solution;
+}
+
+}  // namespace
+
 absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& options, Observer& observer,
                                         std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
   const StopScope scope(stop);
   try {
+    if (!problem.switching.is_empty()) return SolveSwitched(problem, options, observer, stop, resume);
     if (absl::Status status = CheckSameInTeam(problem); !status.ok()) return status;
     Options solved_with = options;
     if (options.period != 0) solved_with.method = Method::kEventDriven;

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "absl/status/statusor.h"
 #include "core/discretization/grid.h"
@@ -31,8 +32,19 @@ class Sources {
   std::optional<NonFinite> Sample(const Grid& grid, const Run& run, Index first_step, Index steps, Segment& segment);
 
   // One value of f (m entries) or g (n entries), finite or not.
-  void F(double t, Side side, Eigen::Ref<Vector> value) { f_.Evaluate(t, side, value); }
-  void G(double t, Side side, Eigen::Ref<Vector> value) { g_.Evaluate(t, side, value); }
+  void F(double t, Side side, Eigen::Ref<Vector> value) {
+    f_.Evaluate(t, side, value);
+    if (f_offset_.size() > 0) value += f_offset_;
+  }
+  void G(double t, Side side, Eigen::Ref<Vector> value) {
+    g_.Evaluate(t, side, value);
+    if (g_offset_.size() > 0) value += g_offset_;
+  }
+  // From here on these functions return f + `f` and g + `g`: what discrete states add.
+  void SetOffsets(Vector f, Vector g) {
+    f_offset_ = std::move(f);
+    g_offset_ = std::move(g);
+  }
   // Whether f or g is known to be constant between the two times.
   bool FIsSteady(double begin, double end) { return f_.IsSteady(begin, end); }
   bool GIsSteady(double begin, double end) { return g_.IsSteady(begin, end); }
@@ -51,6 +63,7 @@ class Sources {
 
   TimeFunctionEvaluator f_;
   TimeFunctionEvaluator g_;
+  Vector f_offset_, g_offset_;  // empty: zero
 };
 
 }  // namespace dlcs

@@ -260,6 +260,14 @@ void ErrorGrowth::AddInside(const Vector& of_w) {
   for (Index i = 0; i < of_w.size(); ++i) Raise(w_, i, of_w[i], of_w[i], 0);
 }
 
+void ErrorGrowth::Reset(const Matrix& J, const Vector& amount) {
+  errors_.Reset(J);
+  errors_.AddRounding(amount);
+  if (!has_event_) return;
+  event_.x = J * event_.x;
+  event_.slope = J * event_.slope;
+}
+
 ErrorBounds ErrorGrowth::InGuards(const Mode& mode) const {
   const SignedErrorBounds sizes = SampledErrors::SizesOf(mode.guard.state * errors_.values());
   return {sizes.Truncation(), sizes.rounding};

@@ -37,6 +37,9 @@ class ErrorGrowth {
   void AddBreak(const SmoothStep& step, const StepSources& sources, double rounding);
   // Adds what x may be off by at the time reached, by rounding.
   void AddRounding(const Vector& amount) { errors_.AddRounding(amount); }
+  // The state becomes J x + j at the time reached; `amount` is the rounding of that. What the error of the time makes
+  // of it passes the reset, too: x' before the event is J x' then.
+  void Reset(const Matrix& J, const Vector& amount);
   // The errors so far in the guards of `mode`.
   ErrorBounds InGuards(const Mode& mode) const;
   // Samples of those of x, one a column.

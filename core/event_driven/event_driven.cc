@@ -110,6 +110,7 @@ bool EventDriven(SolveContext& context) {
     context.recorder.ResumeFrom(0);
     solution.jumps.clear();
     solution.left_limits.clear();
+    solution.flips.clear();
     context.impulses.first.reset();
   }
   solution.switching_times = SwitchingTimesOf(record, BreakPoints(context.problem), solution.jumps);

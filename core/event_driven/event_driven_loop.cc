@@ -78,6 +78,11 @@ EventDrivenLoop::EventDrivenLoop(SolveContext& context, double asked, double tol
     if (auto outputs = OutputEvaluator::Create(problem_); outputs.ok()) outputs_.emplace(*std::move(outputs));
   }
   magnitudes_.allowed_rounding = allowed_rounding;
+  if (!problem_.switching.is_empty()) {
+    discrete_.emplace(problem_);
+    AddStatesToSources(discrete_->on());
+    sizes_ = SizesOfData(problem_, context.y_is_lipschitz(), sampler_);
+  }
   if (context.options.keep_flow) flow_.emplace(problem_.num_states(), !context.y_is_lipschitz());
 }
 
@@ -88,13 +93,16 @@ bool EventDrivenLoop::Run() {
   // Both sides of a break point are known to rounding, which is all that makes g jump at a kink there.
   bool may_jump = true;
   for (const double end : ends) {
-    const bool starts = t_ == 0 || (may_jump && sampler_.GJumps(t_, kLcpTolerance * context_.starts.row_size));
+    if (discrete_ && !HappenAtKnownTime()) return false;
+    const bool starts = t_ == 0 || std::exchange(has_moved_, false) ||
+                        (may_jump && sampler_.GJumps(t_, kLcpTolerance * context_.starts.row_size));
     if (starts && !Start(t_)) return false;
     if (!Cross(end)) return false;
     may_jump = std::binary_search(breaks.begin(), breaks.end(), end);
     if (may_jump && !record_.intervals.back().coupled) errors_.AddBreak(step_, sources_, ErrorOfBreak(end));
     if (may_jump || end == problem_.horizon) Record(output_.EndInterval(end, x_, y_, w_));
   }
+  if (discrete_ && !HappenAtKnownTime()) return false;
   progress_.Finish(problem_.horizon);
   return true;
 }
@@ -198,8 +206,15 @@ bool EventDrivenLoop::IsStuck() {
   return true;
 }
 
-// Proposes the next mode that y is determined in.
+// Chooses the next mode. With switches: after all have flipped that do so at this instant.
 EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
+  const Progressed progressed = Propose(end);
+  if (progressed != Progressed::kYes || !discrete_) return progressed;
+  return discrete_->Excited(mode_->active).empty() ? progressed : ResolveInstant(end);
+}
+
+// Proposes the next mode that y is determined in.
+EventDrivenLoop::Progressed EventDrivenLoop::Propose(double end) {
   bool lost_least_element = false, was_solved = false;
   while (attempt_ < ModeSearch::kAttempts || TryAgainFromBelow()) {
     const ModeSearch::Proposal proposal =
@@ -268,6 +283,198 @@ double EventDrivenLoop::DelayAtEnd(Index guard) const {
   const auto series = step_.guard.values.row(guard);
   const LegendreVector at_end = LegendreValues(1);
   return -sources_.length / 2 * series.dot(at_end) / series.dot(LegendreSlopes(at_end));
+}
+
+void EventDrivenLoop::AddStatesToSources(const std::vector<char>& on) {
+  context_.sources.SetOffsets(discrete_->OfF(on), discrete_->OfG(on));
+}
+
+// What edges, clocks and resets do at this time.
+bool EventDrivenLoop::HappenAtKnownTime() {
+  passed_.clear();
+  if (!discrete_->IsKnownTime(t_)) return true;
+  if (t_ == 0) {
+    const Mode* mode =
+        search_.FindBehind(0, x_, magnitudes_.rounding.bound, SizesSoFar(), length_.value(), problem_.horizon).mode;
+    if (mode) last_active_ = mode->active;
+  }
+  end_error_ = ErrorOfBreak(t_);
+  Instant instant = discrete_->HappenAt(t_, x_, last_active_);
+  if (t_ == problem_.horizon) instant.J.resize(0, 0);  // x(T) is a left limit
+  if (instant.kind != Instant::Kind::kLasts) return FailAtInstant(instant);
+  return Enter(instant, FlipCause::kEdge);
+}
+
+// Flips the switches that are excited just behind t, until none is.
+EventDrivenLoop::Progressed EventDrivenLoop::ResolveInstant(double end) {
+  const auto active_in = [&](const DiscreteState& state) -> std::optional<std::vector<Index>> {
+    AddStatesToSources(state.on);
+    const ModeSearch::Proposal found =
+        search_.FindBehind(t_, state.x, magnitudes_.rounding.bound, SizesSoFar(), length_.value(), end - t_);
+    mode_ = found.kept_selection ? found.mode : nullptr;
+    if (!mode_) return std::nullopt;
+    return mode_->active;
+  };
+  const Instant instant = discrete_->Resolve(discrete_->With(x_), t_ == 0, active_in);
+  if (instant.kind == Instant::Kind::kLasts && instant.flips.empty()) return Progressed::kYes;
+  const bool returns = std::count(passed_.begin(), passed_.end(), instant.after.on) > 0;
+  if (instant.kind != Instant::Kind::kLasts) {
+    FailAtInstant(instant);
+    return Progressed::kFailed;
+  }
+  if (returns) {
+    Instant endless = instant;
+    endless.kind = Instant::Kind::kNoneLasts;
+    for (const SwitchFlip& flip : instant.flips) endless.switches.push_back(flip.index);
+    FailAtInstant(endless);
+    return Progressed::kFailed;
+  }
+  passed_.push_back(discrete_->on());
+  if (!Enter(instant, t_ == 0 ? FlipCause::kStart : FlipCause::kCondition)) return Progressed::kFailed;
+  if (!std::exchange(has_moved_, false)) return Progressed::kYes;
+  const Vector x = x_;
+  if (!Start(t_)) return Progressed::kFailed;
+  if (x_ == x) return Progressed::kYes;
+  mode_ = nullptr;
+  attempt_ = 0;
+  return Choose(end);
+}
+
+// A control that comes as near to a level as its error may have crossed it: then switches that flip there, and all that
+// follows, are another solution. Of rounding alone touching is no crossing.
+void EventDrivenLoop::AddUnknownFlips(const OverlookedByCause& overlooked) {
+  const Index first = discrete_->first_condition();
+  for (Index pair = first; pair < problem_.num_constraints(); ++pair) {
+    if (overlooked.truncation.y[pair] == 0 && overlooked.truncation.w[pair] == 0) continue;
+    std::vector<Index> active = mode_->active;
+    const auto place = std::lower_bound(active.begin(), active.end(), pair);
+    if (place != active.end() && *place == pair) {
+      active.erase(place);
+    } else {
+      active.insert(place, pair);
+    }
+    const std::vector<Index> excited = discrete_->Excited(active);
+    if (excited.empty()) continue;
+    Vector unknown = magnitudes_.x;
+    if (const Matrix& F = problem_.switching.F; F.size() > 0) {
+      for (const Index i : excited) unknown += (problem_.horizon - t_) * F.col(i).cwiseAbs();
+    }
+    errors_.Add(unknown, unknown);
+    context_.solution.warnings.push_back(
+        discrete_->NamesOf(excited) + " may flip at t = " + FormatNumber(t_) +
+        ": a control comes as near to its level as its error, and is taken not to reach it.");
+  }
+}
+
+// Takes over what happened at this time, and records it.
+bool EventDrivenLoop::Enter(const Instant& instant, FlipCause cause) {
+  Solution& solution = context_.solution;
+  for (SwitchFlip flip : instant.flips) {
+    flip.time = t_;
+    flip.error = end_error_;
+    flip.cause = cause;
+    solution.flips.push_back(flip);
+  }
+  discrete_->Become(instant.after);
+  AddStatesToSources(discrete_->on());
+  event_step_.reset();
+  const bool has_pairs = discrete_->first_condition() > 0;
+  has_moved_ = has_pairs && (instant.J.size() > 0 || (problem_.switching.G.size() > 0 && !instant.flips.empty()));
+  if (instant.J.size() == 0) return true;
+  solution.jumps.push_back({t_, instant.after.x - x_, Vector::Zero(problem_.num_constraints())});
+  const Matrix sizes = instant.J.cwiseAbs();
+  errors_.Reset(instant.J, kUlp * (sizes * x_.cwiseAbs() + instant.after.x.cwiseAbs()));
+  magnitudes_.rounding.bound = sizes * magnitudes_.rounding.bound;
+  magnitudes_.rounding.samples = instant.J * magnitudes_.rounding.samples;
+  x_ = instant.after.x;
+  magnitudes_.x = magnitudes_.x.cwiseMax(x_.cwiseAbs());
+  magnitudes_.errors = errors_.Samples();
+  gap_.reset();
+  if (flow_) flow_->GiveUp();
+  return true;
+}
+
+// Some of these switches hold a control on one of its levels, or nothing does: then values alone make them flip.
+std::string EventDrivenLoop::WhyNoneLasts(const std::vector<Index>& switches) const {
+  const Switching& given = problem_.switching;
+  Vector s(static_cast<Index>(given.switches.size()));
+  for (Index i = 0; i < s.size(); ++i) s[i] = discrete_->on()[static_cast<std::size_t>(i)];
+  for (const Index i : switches) {
+    const Switch& of = given.switches[static_cast<std::size_t>(i)];
+    for (const auto* list : {&of.set, &of.reset}) {
+      for (const SwitchCondition& condition : *list) {
+        const Index c = condition.control;
+        double value = -condition.level, terms = std::abs(condition.level);
+        const auto add = [&](double term, double size) {
+          value += term;
+          terms += size;
+        };
+        if (given.h.size() > 0) add(given.h[c], std::abs(given.h[c]));
+        if (given.C.size() > 0)
+          add(given.C.row(c).dot(x_),
+              given.C.row(c).cwiseAbs().dot(x_.cwiseAbs() + magnitudes_.rounding.bound / RoundingOf(16)));
+        if (given.H.size() > 0) add(given.H.row(c).dot(s), given.H.row(c).cwiseAbs().dot(s));
+        if (std::abs(value) > RoundingOf(16) * terms) continue;
+        return discrete_->NamesOf(switches) + (switches.size() == 1 ? " chatters" : " chatter") +
+               " from t = " + FormatNumber(t_) + ": " + of.name +
+               " needs hysteresis, since its control is held on its level " + FormatNumber(condition.level) + ".";
+      }
+    }
+  }
+  return "No state of switches lasts at t = " + FormatNumber(t_) + ": " + discrete_->NamesOf(switches) +
+         (switches.size() == 1 ? " flips" : " flip") + " for ever. A delay or a capacitor in the loop is missing.";
+}
+
+bool EventDrivenLoop::FailAtInstant(const Instant& instant) {
+  const std::string at = " at t = " + FormatNumber(t_), names = discrete_->NamesOf(instant.switches);
+  std::string why;
+  switch (instant.kind) {
+    case Instant::Kind::kLasts:
+    case Instant::Kind::kNoneLasts:
+      why = WhyNoneLasts(instant.switches);
+      break;
+    case Instant::Kind::kRace:
+      why = "Race" + at + ": " + names + "." + instant.ends +
+            " State the order in which they flip, or delay one of them.";
+      break;
+    case Instant::Kind::kTooMany:
+      why = names + " can flip in any order" + at + ", with more than " + std::to_string(DiscreteLayer::kMostStates) +
+            " states between: state an order, or delay some of them.";
+      break;
+    case Instant::Kind::kNoMode:
+      why = "Controls have no value" + at +
+            " while switches flip: no active set of the pairs was found in one of the "
+            "states between.";
+      break;
+    case Instant::Kind::kWrittenTwice:
+      why = "Two resets write one state" + at + ".";
+      break;
+  }
+  return context_.Fail(Termination::kInfeasible, t_, std::move(why));
+}
+
+// Steps of first order would pass switches at their ends.
+bool EventDrivenLoop::FailWithoutMode() {
+  const std::vector<SwitchFlip>& flips = context_.solution.flips;
+  constexpr std::size_t kGaps = 3;
+  if (flips.size() > kGaps) {
+    std::vector<double> times;
+    for (const SwitchFlip& flip : flips) {
+      if (times.empty() || times.back() != flip.time) times.push_back(flip.time);
+    }
+    if (const std::size_t k = times.size(); k > kGaps) {
+      const double last = times[k - 1] - times[k - 2], before = times[k - 2] - times[k - 3];
+      if (last < before && t_ - times[k - 1] < before) {
+        return context_.Fail(Termination::kInfeasible, t_,
+                             "Flips of " + discrete_->NamesOf({flips.back().index}) +
+                                 " accumulate at t = " + FormatNumber(times[k - 1] + last * last / (before - last)) +
+                                 " (ratio " + FormatNumber(last / before) + ").");
+      }
+    }
+  }
+  return context_.Fail(Termination::kIterationLimit, t_,
+                       "No active set lasts at t = " + FormatNumber(t_) + " (" + why_coupled_ +
+                           "), and steps of first order would not see when switches flip.");
 }
 
 // Locates the last event once more, by steps that end there: at its end a step is far more accurate than inside. A fast
@@ -458,6 +665,8 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
   if (s_end < 1) LimitSizes(sources_, s_end, step_);
   search_.Lasted(*mode_);
+  last_active_ = mode_->active;
+  passed_.clear();
   output_.AddSmooth(x_, sources_, step_, mode_->active, end, s_end);
   if (t_ == 0) begin_error_ = ErrorOfStart();
   NoteInterval(end, mode_);
@@ -478,7 +687,8 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
     overlooked.truncation.w += problem_.N.AbsTimes(moved);
   }
   const double event_error = errors_.AddStep(step_, sources_, overlooked, s_end, guard);
-  if (guard) begin_error_ = event_error;
+  if (discrete_) AddUnknownFlips(overlooked);
+  if (guard) begin_error_ = end_error_ = event_error;
   if (flow_) flow_->AddStep(step_, sources_, s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = ValueOf(step_.x, at);
@@ -569,6 +779,7 @@ void EventDrivenLoop::NoteInterval(double end, const Mode* mode) {
 
 // A burst of coupled steps. The record holds what it cost.
 bool EventDrivenLoop::TakeCoupledSteps(double end) {
+  if (discrete_) return FailWithoutMode();
   if (context_.selection == Selection::kHistory) {
     return context_.Fail(Termination::kIterationLimit, t_,
                          "No active set lasts at t = " + FormatNumber(t_) + " (" + why_coupled_ +
@@ -633,6 +844,13 @@ void EventDrivenLoop::Finish() {
   cost.coupled_steps = record_.coupled_steps;
   cost.lcps += search_.lcps() + coupled_steps_.lcps();
   record_.errors = errors_.Errors(magnitudes_);
+  if (discrete_) {
+    // A condition is no part of the solution.
+    const Index first = discrete_->first_condition();
+    for (ErrorsByCause* of : {&record_.errors.y, &record_.errors.w}) {
+      for (Vector* errors : {&of->own, &of->truncation, &of->rounding}) errors->tail(errors->size() - first).setZero();
+    }
+  }
   context_.certificate.Replace(output_.certificate(record_.errors.x.rounding));
   solution.pieces = output_.TakePieces();
   if (flow_) solution.flow = flow_->Record();

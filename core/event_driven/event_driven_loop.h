@@ -12,6 +12,7 @@
 #include "core/context/solve_context.h"
 #include "core/discretization/step_sources.h"
 #include "core/event_driven/coupled_steps.h"
+#include "core/event_driven/discrete_layer.h"
 #include "core/event_driven/error_growth.h"
 #include "core/event_driven/event_output.h"
 #include "core/event_driven/event_record.h"
@@ -48,6 +49,8 @@ class EventDrivenLoop {
   bool Start(double begin);
   bool Cross(double end);
   Progressed Choose(double end);
+  Progressed Propose(double end);
+  Progressed ResolveInstant(double end);
   Progressed Advance(double end);
   Progressed Repeat(double length);
   double SpeedOfGuard(const ModeEnd& mode_end) const;
@@ -61,6 +64,14 @@ class EventDrivenLoop {
   bool TryAgainFromBelow();
   bool RefineEvent();
   bool TakeCoupledSteps(double end);
+
+  bool HappenAtKnownTime();
+  bool Enter(const Instant& instant, FlipCause cause);
+  void AddStatesToSources(const std::vector<char>& on);
+  void AddUnknownFlips(const OverlookedByCause& overlooked);
+  bool FailAtInstant(const Instant& instant);
+  bool FailWithoutMode();
+  std::string WhyNoneLasts(const std::vector<Index>& switches) const;
 
   bool PassKink();
   double ErrorOfBreak(double time) const;
@@ -88,6 +99,11 @@ class EventDrivenLoop {
   RepelledStarts repelled_;
   JumpsNearZero jumps_near_zero_;
   std::vector<UncertainTime> uncertain_times_;  // of jumps of f and g
+  std::optional<DiscreteLayer> discrete_;       // of problems with switches
+  std::vector<Index> last_active_;              // of the last step
+  std::vector<std::vector<char>> passed_;       // states of switches that did not last at t
+  bool has_moved_ = false;                      // what y or constraints depend on has jumped: the state may have to
+  double end_error_ = 0;                        // how far the time of the last event may be off
   std::optional<FlowDerivative> flow_;
   std::optional<OutputEvaluator> outputs_;
   Progress progress_;

@@ -109,6 +109,40 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   return proposal;
 }
 
+ModeSearch::Proposal ModeSearch::FindBehind(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise,
+                                            const DataSizes& sizes, double scale, double longest) {
+  constexpr int kShortest = 48, kLeast = 10, kGrowth = 4;  // powers of two: the first parts of a step; what h grow by
+  constexpr int kAgree = 3;
+  const auto power_of_two = [](double h) { return std::ldexp(1.0, std::ilogb(h)); };
+  const double last = power_of_two(longest / 8);
+  double h = power_of_two(std::max(std::ldexp(scale, -kShortest), RoundingOf(64) * std::abs(t)));
+  Proposal proposal;
+  Basis found;
+  int agreeing = 0;
+  while (true) {
+    h = std::min(h, last);
+    LookAhead& look = LookAheadAt(h, t, x, x_noise);
+    Basis basis = basis_;
+    const LcpStatus verdict = look.solver->Solve(q_, tolerance_, basis, y_);
+    ++lcps_;
+    if (verdict == LcpStatus::kSolved) {
+      agreeing = basis == found ? agreeing + 1 : 1;
+      found = basis;
+      proposal.verdict = verdict;
+      proposal.kept_selection = look.solver->KeptSelection();
+      if (IsSeen(look.matrix, basis) || (agreeing >= kAgree && h >= std::ldexp(scale, -kLeast))) break;
+    } else {
+      agreeing = 0;
+    }
+    if (h >= last) break;
+    h = std::ldexp(h, kGrowth);
+  }
+  if (found.empty()) return proposal;
+  basis_ = found;
+  proposal.mode = ModeOf(IndicesOf(basis_), sizes);
+  return proposal;
+}
+
 // Sets q and its rounding.
 ModeSearch::LookAhead& ModeSearch::LookAheadAt(double h, double t, const Eigen::Ref<const Vector>& x,
                                                const Vector& x_noise) {

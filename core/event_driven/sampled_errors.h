@@ -54,6 +54,8 @@ class SampledErrors {
   void AddRounding(const Vector& amount);
   void AddTruncation(const Vector& amount);
   void Add(Index error, const Vector& change) { values_.col(error) += change; }
+  // The state x becomes J x, by a reset.
+  void Reset(const Matrix& J) { values_ = J * values_; }
   // Rounding that is `change` or -`change`, where components are compared by `size`.
   void AddRoundingOfOneSign(const Vector& change, const Vector& size);
 

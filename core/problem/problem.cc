@@ -85,7 +85,8 @@ struct Source {
   Index size;
 };
 std::vector<Source> SourcesOf(const Problem& problem) {
-  std::vector<Source> sources = {{"f", &problem.f, problem.num_states()}, {"g", &problem.g, problem.num_constraints()}};
+  std::vector<Source> sources = {{"f", &problem.f, problem.num_states()}};
+  if (problem.num_constraints() > 0) sources.push_back({"g", &problem.g, problem.num_constraints()});
   const Outputs& outputs = problem.outputs;
   if (outputs.size() > 0) sources.push_back({"outputs.h", &outputs.h, outputs.size()});
   return sources;
@@ -157,11 +158,14 @@ std::vector<Violation> Validate(const Problem& problem) {
   const Index n = problem.num_constraints();
   ViolationList list;
   CheckSquareMatrix(problem.A, "m x m for m states", "A", list);
-  CheckMatrix(problem.B, m, n, "m x n = " + ShapeText(m, n) + " (m from A, n from M)", "B", list);
-  CheckMatrix(problem.N, n, m, "n x m = " + ShapeText(n, m) + " (m from A, n from M)", "N", list);
-  CheckSquareMatrix(problem.M, "n x n for n complementary pairs", "M", list);
+  const bool has_pairs = n > 0 || problem.switching.is_empty();
+  if (has_pairs) {
+    CheckMatrix(problem.B, m, n, "m x n = " + ShapeText(m, n) + " (m from A, n from M)", "B", list);
+    CheckMatrix(problem.N, n, m, "n x m = " + ShapeText(n, m) + " (m from A, n from M)", "N", list);
+    CheckSquareMatrix(problem.M, "n x n for n complementary pairs", "M", list);
+  }
   Validate(problem.f, m, "f", list);
-  Validate(problem.g, n, "g", list);
+  if (has_pairs) Validate(problem.g, n, "g", list);
   CheckInitialState(problem.x0, m, list);
   const bool has_horizon = std::isfinite(problem.horizon) && problem.horizon > 0;
   if (!has_horizon) list.Add("T", NumberText(problem.horizon) + "; must be finite and greater than 0");
@@ -169,6 +173,10 @@ std::vector<Violation> Validate(const Problem& problem) {
   CheckStart(problem.y0, problem.rule, n, list);
   CheckSelector(problem.selector, problem.rule, n, list);
   CheckMass(problem, list);
+  CheckSwitching(problem.switching, m, n, has_horizon ? problem.horizon : HUGE_VAL, list);
+  if (!problem.switching.is_empty() && problem.has_mass()) {
+    list.Add("E", "a mass matrix beside switches; multiply the equations by its inverse");
+  }
   CheckOutputs(problem.outputs, m, n, list);
   CheckMeasurements(problem.measurements, problem.outputs, has_horizon ? problem.horizon : HUGE_VAL, list);
   // Values are looked at last: they need the times, and a problem with other faults is read again anyway.

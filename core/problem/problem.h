@@ -15,6 +15,7 @@
 #include "core/linalg/structured_matrix.h"
 #include "core/problem/outputs.h"
 #include "core/problem/solution_rule.h"
+#include "core/problem/switching.h"
 #include "core/problem/time_function.h"
 #include "core/types.h"
 
@@ -37,6 +38,7 @@ struct Problem {
   StructuredMatrix E = {};   // m × m, nonsingular; 0 × 0 stands for the identity
   Outputs outputs = {};
   std::vector<Measurement> measurements = {};
+  Switching switching = {};
 
   bool has_mass() const { return E.rows() > 0; }
   // E times the columns.

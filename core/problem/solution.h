@@ -104,6 +104,22 @@ struct SwitchingTime {
   SwitchingKind kind = SwitchingKind::kSwitch;
 };
 
+// Why a discrete state flips (core/problem/switching.h).
+enum class FlipCause {
+  kStart,      // at t = 0
+  kEdge,       // an edge or a clock time that is given
+  kCondition,  // a condition of controls began to hold, or does so since another switch flipped
+};
+
+// A discrete state that flips. Those of one time are in the order in which they flip.
+struct SwitchFlip {
+  double time = 0;
+  double error = 0;  // how far the time may be off
+  Index index = 0;   // of the switch
+  bool value = false;
+  FlipCause cause = FlipCause::kCondition;
+};
+
 // x, y and w of event_driven on [begin, end]: column k is the coefficient of the Legendre polynomial P_k in
 // s = 2 (t - begin)/length - 1, which runs from -1 to at most 1. y or w below zero, by rounding, means zero.
 struct TrajectoryPiece {
@@ -271,6 +287,7 @@ struct Solution {
   Certificate certificate;
   Cost cost;
   std::optional<NewtonRecord> newton;          // with StepSolver::kNewton
+  std::vector<SwitchFlip> flips;
   std::vector<SwitchingTime> switching_times;  // of event_driven, in order
   PropagatorRecord propagator;
   std::optional<KernelRecord> kernel;      // of laplace_iteration

@@ -16,26 +16,13 @@
 #include <nlohmann/json.hpp>
 
 #include "core/linalg/norms.h"
+#include "tests/support/json_arrays.h"
 #include "tests/support/paths.h"
 
 namespace dlcs::testing {
 namespace {
 
 using Json = nlohmann::json;
-
-Matrix ReadMatrix(const Json& rows) {
-  Matrix matrix(rows.size(), rows.empty() ? 0 : rows[0].size());
-  for (size_t i = 0; i < rows.size(); ++i) {
-    for (size_t j = 0; j < rows[i].size(); ++j) matrix(i, j) = rows[i][j].get<double>();
-  }
-  return matrix;
-}
-
-Vector ReadVector(const Json& entries) {
-  Vector vector(entries.size());
-  for (size_t i = 0; i < entries.size(); ++i) vector[i] = entries[i].get<double>();
-  return vector;
-}
 
 FormulaFunction ReadFormulas(const Json& formulas) { return {formulas.get<std::vector<std::string>>()}; }
 
