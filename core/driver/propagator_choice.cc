@@ -10,7 +10,6 @@
 #include "core/discretization/graded_grid.h"
 #include "core/discretization/grid.h"
 #include "core/discretization/step_rule.h"
-#include "core/driver/step_comparison.h"
 #include "core/driver/step_memory.h"
 #include "core/linalg/sparse/krylov_solver.h"
 #include "core/linalg/sparse/sparse_factor.h"

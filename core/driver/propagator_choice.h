@@ -17,6 +17,9 @@ namespace dlcs {
 
 class SetupCache;
 
+// Of the trials for a tolerance the first one has so many steps.
+inline constexpr Index kFirstTrialSteps = 64;
+
 struct PropagatorChoice {
   std::shared_ptr<Propagator> system;  // null: dense matrices
   PropagatorRecord record;             // before the solve

@@ -9,6 +9,7 @@
 
 #include "core/context/sizes.h"
 #include "core/driver/grid_solve.h"
+#include "core/driver/propagator_choice.h"
 #include "core/driver/source_resolution.h"
 #include "core/format_number.h"
 #include "core/linalg/norms.h"

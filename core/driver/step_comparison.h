@@ -17,8 +17,6 @@
 
 namespace dlcs {
 
-// Of the trials for a tolerance the first one has so many steps.
-inline constexpr Index kFirstTrialSteps = 64;
 // All nodes of grids up to this many steps are compared; of finer grids only the same nodes.
 inline constexpr Index kNodesKept = 4096;
 // Of solves that form the states only at output nodes, which costs as much as many steps: an estimate costs no more
