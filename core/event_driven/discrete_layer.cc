@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/format_number.h"
@@ -42,7 +43,10 @@ bool HasRow(const Matrix& matrix, Index row) { return matrix.size() > 0 && !matr
 }  // namespace
 
 DiscreteLayer::DiscreteLayer(const Problem& problem)
-    : problem_(problem), switching_(problem.switching), readings_(problem.switching.switches.size(), Reading::kNone) {
+    : problem_(problem),
+      switching_(problem.switching),
+      readings_(problem.switching.switches.size(), Reading::kNone),
+      timers_(readings_.size()) {
   const std::vector<SwitchCondition> conditions = ConditionsOf(switching_);
   first_condition_ = problem.num_constraints() - static_cast<Index>(conditions.size());
   const auto pairs_of = [&](const std::vector<SwitchCondition>& of) {
@@ -139,6 +143,13 @@ bool DiscreteLayer::Holds(const std::vector<Index>& conditions, const std::vecto
 }
 
 std::vector<Index> DiscreteLayer::Excited(const DiscreteState& state, const std::vector<Index>& active) const {
+  std::vector<Index> excited = AskedToFlip(state, active);
+  std::erase_if(excited, [&](Index i) { return switching_.switches[static_cast<std::size_t>(i)].delay > 0; });
+  return excited;
+}
+
+// Excited(), with those that have a delay.
+std::vector<Index> DiscreteLayer::AskedToFlip(const DiscreteState& state, const std::vector<Index>& active) const {
   std::vector<Index> excited;
   for (std::size_t i = 0; i < state.on.size(); ++i) {
     const Switch& of = switching_.switches[i];
@@ -158,9 +169,41 @@ std::optional<bool> DiscreteLayer::AtClock(std::size_t i, const std::vector<Inde
   return std::nullopt;
 }
 
+void DiscreteLayer::UpdateTimers(double t, const TimeErrors& errors, const std::vector<Index>& active) {
+  const std::vector<Index> asked = AskedToFlip(With(Vector()), active);
+  for (std::size_t i = 0; i < timers_.size(); ++i) {
+    const double delay = switching_.switches[i].delay;
+    if (!std::binary_search(asked.begin(), asked.end(), static_cast<Index>(i))) {
+      timers_[i].reset();
+    } else if (delay > 0 && !timers_[i]) {
+      timers_[i] = Timer{t + delay, errors};
+    }
+  }
+}
+
+double DiscreteLayer::NextTimer() const {
+  double next = std::numeric_limits<double>::infinity();
+  for (const std::optional<Timer>& timer : timers_) next = timer ? std::min(next, timer->end) : next;
+  return next;
+}
+
+TimeErrors DiscreteLayer::ErrorsOfNextTimer() const {
+  const double next = NextTimer();
+  for (const std::optional<Timer>& timer : timers_) {
+    if (timer && timer->end == next) return timer->errors;
+  }
+  return {};
+}
+
+// A delay may end within the rounding of a given time.
+bool DiscreteLayer::IsNowAt(const std::vector<double>& times, double t) const {
+  return !IsAt(happened_, t) && AnyAt(times, t);
+}
+
 bool DiscreteLayer::IsKnownTime(double t) const {
-  const auto is_at = [t](const std::vector<double>& times) { return AnyAt(times, t); };
-  return std::any_of(switching_.switches.begin(), switching_.switches.end(),
+  const auto is_at = [&](const std::vector<double>& times) { return IsNowAt(times, t); };
+  return IsAt(NextTimer(), t) ||
+         std::any_of(switching_.switches.begin(), switching_.switches.end(),
                      [&](const Switch& of) { return is_at(of.edges) || is_at(of.clock); }) ||
          std::any_of(switching_.resets.begin(), switching_.resets.end(),
                      [&](const StateReset& reset) { return is_at(reset.times); });
@@ -203,18 +246,28 @@ DiscreteLayer::Flipped DiscreteLayer::Flip(const DiscreteState& state, const std
 
 Instant DiscreteLayer::HappenAt(double t, const Vector& x, const std::vector<Index>& active) {
   std::vector<Index> switches;
+  std::vector<std::pair<std::size_t, Reading>> clocked;  // with delays
   for (std::size_t i = 0; i < on_.size(); ++i) {
     const Switch& of = switching_.switches[i];
-    if (AnyAt(of.edges, t)) switches.push_back(static_cast<Index>(i));
-    if (!AnyAt(of.clock, t)) continue;
+    const bool ends = timers_[i] && IsAt(timers_[i]->end, t);
+    if (ends || IsNowAt(of.edges, t)) switches.push_back(static_cast<Index>(i));
+    if (ends) timers_[i].reset();
+    if (!IsNowAt(of.clock, t)) continue;
     const std::optional<bool> read = AtClock(i, active);
-    if (read && *read != (on_[i] != 0)) switches.push_back(static_cast<Index>(i));
+    const bool flips = read && *read != (on_[i] != 0);
+    if (of.delay > 0) {
+      clocked.push_back({i, !flips ? Reading::kNone : *read ? Reading::kOn : Reading::kOff});
+    } else if (flips) {
+      switches.push_back(static_cast<Index>(i));
+    }
   }
   std::vector<const StateReset*> resets;
   for (const StateReset& reset : switching_.resets) {
-    if (AnyAt(reset.times, t)) resets.push_back(&reset);
+    if (IsNowAt(reset.times, t)) resets.push_back(&reset);
   }
+  happened_ = t;
   Flipped flipped = Flip(With(x), active, switches, resets);
+  for (const auto& [i, read] : clocked) flipped.state.readings[i] = read;
   Instant instant{Instant::Kind::kLasts, std::move(flipped.state), std::move(flipped.flips), std::move(flipped.J)};
   if (flipped.is_written_twice) instant.kind = Instant::Kind::kWrittenTwice;
   return instant;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/event_driven/sampled_errors.h"
 #include "core/problem/problem.h"
 #include "core/problem/solution.h"
 #include "core/types.h"
@@ -72,8 +73,16 @@ class DiscreteLayer {
   std::vector<Index> Excited(const DiscreteState& state, const std::vector<Index>& active) const;
   std::vector<Index> Excited(const std::vector<Index>& active) const { return Excited(With(Vector()), active); }
 
-  // Whether something happens at `t` that no control decides, and what: edges, clocks and resets of one time at once.
-  // All read what holds before, in `active`. Known times are asked for in their order.
+  // Starts the delays of switches that are asked to flip in the mode of `active`, from `t` on, and ends those of
+  // others. `errors`: of `t`.
+  void UpdateTimers(double t, const TimeErrors& errors, const std::vector<Index>& active);
+  void DropTimers() { timers_.assign(timers_.size(), std::nullopt); }
+  // The next time at which a delay has passed, infinite if none runs; and its errors, those of its begin.
+  double NextTimer() const;
+  TimeErrors ErrorsOfNextTimer() const;
+
+  // Whether something happens at `t` that no control decides, and what: edges, clocks, resets and ends of delays of one
+  // time at once. All read what holds before, in `active`. Known times are asked for in their order, each once.
   bool IsKnownTime(double t) const;
   Instant HappenAt(double t, const Vector& x, const std::vector<Index>& active);
 
@@ -93,6 +102,8 @@ class DiscreteLayer {
     bool is_written_twice = false;
   };
   struct Node;
+  std::vector<Index> AskedToFlip(const DiscreteState& state, const std::vector<Index>& active) const;
+  bool IsNowAt(const std::vector<double>& times, double t) const;
   bool Holds(const std::vector<Index>& conditions, const std::vector<Index>& active) const;
   // What a clocked switch reads; absent: what it was.
   std::optional<bool> AtClock(std::size_t i, const std::vector<Index>& active) const;
@@ -113,6 +124,12 @@ class DiscreteLayer {
   std::vector<std::vector<char>> group_;  // of each switch: those that act on it or on which it acts, by others too
   std::vector<char> on_;
   std::vector<Reading> readings_;
+  struct Timer {
+    double end;
+    TimeErrors errors;
+  };
+  std::vector<std::optional<Timer>> timers_;  // of each switch
+  double happened_ = -1;                      // the last time that was asked for
 };
 
 }  // namespace dlcs

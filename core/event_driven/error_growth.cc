@@ -126,6 +126,17 @@ void ErrorGrowth::AddBreak(const SmoothStep& step, const StepSources& sources, d
   for (Index e = 0; e < SampledErrors::kOfRounding; ++e) event_.delay[e] = rounding;
 }
 
+// The errors of the state when the delay began are what they are of its end: with their signs both may cancel.
+void ErrorGrowth::AddEndOfDelay(const SmoothStep& step, const StepSources& sources, const TimeErrors& errors_of_time) {
+  BeginJump(step, sources, 1);
+  event_.delay = errors_of_time;
+}
+
+double ErrorGrowth::SizeOf(const TimeErrors& errors_of_time) {
+  const SignedErrorBounds sizes = BoundsOf(errors_of_time);
+  return sizes.Truncation()[0] + sizes.rounding[0];
+}
+
 void ErrorGrowth::BeginJump(const SmoothStep& step, const StepSources& sources, double s) {
   event_.x = step.x;
   event_.length = sources.length;
@@ -139,8 +150,9 @@ void ErrorGrowth::BeginJump(const SmoothStep& step, const StepSources& sources, 
   has_event_ = true;
 }
 
-SignedErrorBounds ErrorGrowth::Delays() const {
-  return SampledErrors::SizesOf(Eigen::Map<const Eigen::Matrix<double, 1, SampledErrors::kCount>>(event_.delay.data()));
+SignedErrorBounds ErrorGrowth::BoundsOf(const TimeErrors& errors_of_time) {
+  return SampledErrors::SizesOf(
+      Eigen::Map<const Eigen::Matrix<double, 1, SampledErrors::kCount>>(errors_of_time.data()));
 }
 
 // Keeps the event until x' after it is known. Returns how far its time may be off.
@@ -167,8 +179,7 @@ double ErrorGrowth::BeginEvent(const SmoothStep& step, const StepSources& source
       event_.delay[e] +=
           std::copysign(e < SampledErrors::kOfRounding ? late_by_rounding : late - late_by_rounding, delay);
   }
-  const SignedErrorBounds delays = Delays();
-  return delays.Truncation()[0] + delays.rounding[0];
+  return SizeOf(event_.delay);
 }
 
 // Between the true time of the event and the one that was found the state went on as before instead of as after it. How

@@ -35,6 +35,12 @@ class ErrorGrowth {
                  std::optional<Index> guard);
   // A break point of the sources at the end of `step`, whose time may be off by `rounding`.
   void AddBreak(const SmoothStep& step, const StepSources& sources, double rounding);
+  // What the time of the last event, break point or end of a delay is off by in each sample of the errors; 0 at 0.
+  const TimeErrors& ErrorsOfTime() const { return event_.delay; }
+  // At the end of `step` a delay ends that began at a time with these errors.
+  void AddEndOfDelay(const SmoothStep& step, const StepSources& sources, const TimeErrors& errors_of_time);
+  // The size of such errors, both causes together.
+  static double SizeOf(const TimeErrors& errors_of_time);
   // Adds what x may be off by at the time reached, by rounding.
   void AddRounding(const Vector& amount) { errors_.AddRounding(amount); }
   // The state becomes J x + j at the time reached; `amount` is the rounding of that. What the error of the time makes
@@ -63,7 +69,7 @@ class ErrorGrowth {
     bool is_break = false;
     Vector slope;
     Vector y, w, outputs;
-    std::array<double, SampledErrors::kCount> delay;
+    TimeErrors delay = {};
   };
   void Pass(const SmoothStep& step, const StepSources& sources);
   void BeginJump(const SmoothStep& step, const StepSources& sources, double s);
@@ -72,7 +78,8 @@ class ErrorGrowth {
   // What jumps of y, w and outputs come to by the error of the time of the event.
   void RaiseJumps(const SmoothStep& step);
   // How far the time of the event may be off.
-  SignedErrorBounds Delays() const;
+  SignedErrorBounds Delays() const { return BoundsOf(event_.delay); }
+  static SignedErrorBounds BoundsOf(const TimeErrors& errors_of_time);
   double BeginEvent(const SmoothStep& step, const StepSources& sources, double s_end, Index guard);
   // The errors of y and w for those of x at the end of the step. What fast states make of them at its begin decays at
   // once. `slope_at` makes slopes of polynomials; `shifts` are the times that excuse the errors; `left_inside` is what

@@ -102,7 +102,10 @@ bool EventDrivenLoop::Run() {
     if (may_jump && !record_.intervals.back().coupled) errors_.AddBreak(step_, sources_, ErrorOfBreak(end));
     if (may_jump || end == problem_.horizon) Record(output_.EndInterval(end, x_, y_, w_));
   }
-  if (discrete_ && !HappenAtKnownTime()) return false;
+  if (discrete_) {
+    discrete_->DropTimers();
+    if (!HappenAtKnownTime()) return false;
+  }
   progress_.Finish(problem_.horizon);
   return true;
 }
@@ -160,10 +163,11 @@ bool EventDrivenLoop::Cross(double end) {
                            "The work allowed by default ended at t = " + FormatNumber(t_) + ": set a tolerance.");
     }
     if (kink_ && t_ >= *kink_ && !PassKink()) return false;
+    if (discrete_ && t_ >= discrete_->NextTimer() && !PassTimer()) return false;
     if (IsStuck()) return false;
     progress_.At(t_);
     Progressed progressed = mode_ ? Progressed::kYes : Choose(end);
-    if (progressed == Progressed::kYes) progressed = Advance(end);
+    if (progressed == Progressed::kYes) progressed = Advance(discrete_ ? std::min(end, discrete_->NextTimer()) : end);
     if (progressed == Progressed::kFailed) return false;
     if (progressed == Progressed::kNoMode && !TakeCoupledSteps(end)) return false;
   }
@@ -208,9 +212,11 @@ bool EventDrivenLoop::IsStuck() {
 
 // Chooses the next mode. With switches: after all have flipped that do so at this instant.
 EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
-  const Progressed progressed = Propose(end);
+  Progressed progressed = Propose(end);
   if (progressed != Progressed::kYes || !discrete_) return progressed;
-  return discrete_->Excited(mode_->active).empty() ? progressed : ResolveInstant(end);
+  if (!discrete_->Excited(mode_->active).empty()) progressed = ResolveInstant(end);
+  if (progressed == Progressed::kYes) discrete_->UpdateTimers(t_, errors_.ErrorsOfTime(), mode_->active);
+  return progressed;
 }
 
 // Proposes the next mode that y is determined in.
@@ -298,11 +304,23 @@ bool EventDrivenLoop::HappenAtKnownTime() {
         search_.FindBehind(0, x_, magnitudes_.rounding.bound, SizesSoFar(), length_.value(), problem_.horizon).mode;
     if (mode) last_active_ = mode->active;
   }
-  end_error_ = ErrorOfBreak(t_);
   Instant instant = discrete_->HappenAt(t_, x_, last_active_);
   if (t_ == problem_.horizon) instant.J.resize(0, 0);  // x(T) is a left limit
   if (instant.kind != Instant::Kind::kLasts) return FailAtInstant(instant);
   return Enter(instant, FlipCause::kEdge);
+}
+
+// A delay has passed. Its end has the errors of its begin, and the rounding of time.
+bool EventDrivenLoop::PassTimer() {
+  TimeErrors errors = discrete_->ErrorsOfNextTimer();
+  for (Index e = 0; e < SampledErrors::kOfRounding; ++e) errors[e] += std::copysign(ErrorOfBreak(t_), errors[e]);
+  errors_.AddEndOfDelay(step_, sources_, errors);
+  if (!HappenAtKnownTime()) return false;
+  mode_ = nullptr;
+  attempt_ = 0;
+  search_.ForgetGuess();
+  gap_.reset();
+  return !std::exchange(has_moved_, false) || Start(t_);
 }
 
 // Flips the switches that are excited just behind t, until none is.
@@ -371,7 +389,7 @@ bool EventDrivenLoop::Enter(const Instant& instant, FlipCause cause) {
   Solution& solution = context_.solution;
   for (SwitchFlip flip : instant.flips) {
     flip.time = t_;
-    flip.error = end_error_;
+    flip.error = ErrorGrowth::SizeOf(errors_.ErrorsOfTime());
     flip.cause = cause;
     solution.flips.push_back(flip);
   }
@@ -394,32 +412,41 @@ bool EventDrivenLoop::Enter(const Instant& instant, FlipCause cause) {
   return true;
 }
 
-// Some of these switches hold a control on one of its levels, or nothing does: then values alone make them flip.
-std::string EventDrivenLoop::WhyNoneLasts(const std::vector<Index>& switches) const {
+// Whether c is on the level of the condition, with these states of switches.
+bool EventDrivenLoop::IsOnLevel(const SwitchCondition& condition, const Vector& states) const {
   const Switching& given = problem_.switching;
-  Vector s(static_cast<Index>(given.switches.size()));
-  for (Index i = 0; i < s.size(); ++i) s[i] = discrete_->on()[static_cast<std::size_t>(i)];
+  const Index c = condition.control;
+  double value = -condition.level, allowed = RoundingOf(16) * std::abs(condition.level);
+  const auto add = [&](const Matrix& rows, const Vector& of, const Vector& error) {
+    if (rows.size() == 0) return;
+    value += rows.row(c).dot(of);
+    allowed += rows.row(c).cwiseAbs().dot(RoundingOf(16) * of.cwiseAbs() + error);
+  };
+  add(given.h, Vector::Ones(1), Vector::Zero(1));
+  add(given.C, x_, magnitudes_.rounding.bound);
+  add(given.H, states, Vector::Zero(states.size()));
+  return std::abs(value) <= allowed;
+}
+
+// A switch without hysteresis that is on its level whether it is on or off holds its control there: the slope of the
+// control decides each time, and its own flip turns it. Otherwise values alone make some of them flip for ever.
+std::string EventDrivenLoop::WhyNoneLasts(const std::vector<Index>& switches) const {
+  const std::vector<char>& on = discrete_->on();
+  Vector states(static_cast<Index>(on.size()));
+  for (Index i = 0; i < states.size(); ++i) states[i] = on[static_cast<std::size_t>(i)];
+  const auto all_on_level = [&](const std::vector<SwitchCondition>& conditions, Index i, double state) {
+    Vector with = states;
+    with[i] = state;
+    return std::all_of(conditions.begin(), conditions.end(),
+                       [&](const SwitchCondition& condition) { return IsOnLevel(condition, with); });
+  };
   for (const Index i : switches) {
-    const Switch& of = given.switches[static_cast<std::size_t>(i)];
-    for (const auto* list : {&of.set, &of.reset}) {
-      for (const SwitchCondition& condition : *list) {
-        const Index c = condition.control;
-        double value = -condition.level, terms = std::abs(condition.level);
-        const auto add = [&](double term, double size) {
-          value += term;
-          terms += size;
-        };
-        if (given.h.size() > 0) add(given.h[c], std::abs(given.h[c]));
-        if (given.C.size() > 0)
-          add(given.C.row(c).dot(x_),
-              given.C.row(c).cwiseAbs().dot(x_.cwiseAbs() + magnitudes_.rounding.bound / RoundingOf(16)));
-        if (given.H.size() > 0) add(given.H.row(c).dot(s), given.H.row(c).cwiseAbs().dot(s));
-        if (std::abs(value) > RoundingOf(16) * terms) continue;
-        return discrete_->NamesOf(switches) + (switches.size() == 1 ? " chatters" : " chatter") +
-               " from t = " + FormatNumber(t_) + ": " + of.name +
-               " needs hysteresis, since its control is held on its level " + FormatNumber(condition.level) + ".";
-      }
-    }
+    const Switch& of = problem_.switching.switches[static_cast<std::size_t>(i)];
+    if (of.kind != SwitchKind::kLatch || of.set.empty() || !all_on_level(of.set, i, 0)) continue;
+    if (of.reset.empty() || !all_on_level(of.reset, i, 1)) continue;
+    return discrete_->NamesOf(switches) + (switches.size() == 1 ? " chatters" : " chatter") +
+           " from t = " + FormatNumber(t_) + ": " + of.name +
+           " needs hysteresis, since its control is held on its level " + FormatNumber(of.set.front().level) + ".";
   }
   return "No state of switches lasts at t = " + FormatNumber(t_) + ": " + discrete_->NamesOf(switches) +
          (switches.size() == 1 ? " flips" : " flip") + " for ever. A delay or a capacitor in the loop is missing.";
@@ -688,7 +715,7 @@ void EventDrivenLoop::Accept(double end, double s_end, std::optional<Index> guar
   }
   const double event_error = errors_.AddStep(step_, sources_, overlooked, s_end, guard);
   if (discrete_) AddUnknownFlips(overlooked);
-  if (guard) begin_error_ = end_error_ = event_error;
+  if (guard) begin_error_ = event_error;
   if (flow_) flow_->AddStep(step_, sources_, s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = ValueOf(step_.x, at);

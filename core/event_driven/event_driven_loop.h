@@ -66,11 +66,13 @@ class EventDrivenLoop {
   bool TakeCoupledSteps(double end);
 
   bool HappenAtKnownTime();
+  bool PassTimer();
   bool Enter(const Instant& instant, FlipCause cause);
   void AddStatesToSources(const std::vector<char>& on);
   void AddUnknownFlips(const OverlookedByCause& overlooked);
   bool FailAtInstant(const Instant& instant);
   bool FailWithoutMode();
+  bool IsOnLevel(const SwitchCondition& condition, const Vector& states) const;
   std::string WhyNoneLasts(const std::vector<Index>& switches) const;
 
   bool PassKink();
@@ -103,7 +105,6 @@ class EventDrivenLoop {
   std::vector<Index> last_active_;              // of the last step
   std::vector<std::vector<char>> passed_;       // states of switches that did not last at t
   bool has_moved_ = false;                      // what y or constraints depend on has jumped: the state may have to
-  double end_error_ = 0;                        // how far the time of the last event may be off
   std::optional<FlowDerivative> flow_;
   std::optional<OutputEvaluator> outputs_;
   Progress progress_;

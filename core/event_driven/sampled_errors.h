@@ -4,6 +4,9 @@
 #ifndef DLCS_CORE_EVENT_DRIVEN_SAMPLED_ERRORS_H_
 #define DLCS_CORE_EVENT_DRIVEN_SAMPLED_ERRORS_H_
 
+#include <array>
+#include <tuple>
+
 #include "core/discretization/error_bounds.h"
 #include "core/event_driven/mode.h"
 #include "core/event_driven/smooth_step.h"
@@ -25,6 +28,9 @@ struct OverlookedByCause {
   Vector y_hidden;        // that it may have where rounding hides it
 };
 
+// What a time is off by in each of the columns of SampledErrors.
+using TimeErrors = std::array<double, 5>;
+
 // Errors of x, each integrated by the steps of the solution: in a mode an error e obeys e' = Â e + d.
 //
 // - rounding: d holds an ulp of every term of x', including one of every entry of the data, whose signs are not known.
@@ -40,6 +46,7 @@ class SampledErrors {
   // The columns behind them.
   static constexpr Index kTruncation = kOfRounding, kWithSigns = kOfRounding + 1;
   static constexpr Index kCount = kOfRounding + 2;
+  static_assert(kCount == std::tuple_size_v<TimeErrors>);
 
   // An ulp of each x0, with signs.
   explicit SampledErrors(const Vector& x0);

@@ -88,6 +88,11 @@ void CheckSwitching(const Switching& given, Index m, Index n, double horizon, Vi
     CheckTimes(of.clock, horizon, field + ".clock", list);
     CheckTimes(of.edges, horizon, field + ".edges", list);
     CheckIndex(of.edge, q, field + ".edge", list);
+    if (!(std::isfinite(of.delay) && of.delay >= 0)) {
+      list.Add(field + ".delay", NumberText(of.delay) + "; must be finite and not negative");
+    } else if (of.delay > 0 && of.kind == SwitchKind::kGiven) {
+      list.Add(field + ".delay", NumberText(of.delay) + "; a switch that flips at given times has none");
+    }
   }
   for (std::size_t k = 0; k < given.resets.size(); ++k) {
     const StateReset& reset = given.resets[k];

@@ -45,6 +45,8 @@ struct Switch {
   std::vector<double> clock = {};              // increasing; of kClocked, or
   std::optional<Index> edge = {};              // where this switch rises
   std::vector<double> edges = {};              // of kGiven, increasing
+  // Not of kGiven: it flips when it has been asked to for so long without a break. 0: at once.
+  double delay = 0;
 };
 
 // x becomes J x + j at `times`, which increase, or where switch `edge` flips to `value`.

@@ -37,6 +37,7 @@ std::vector<SwitchCondition> ReadConditions(const Json& switch_json, const char*
 
 Switch ReadSwitch(const Json& json, double horizon) {
   Switch result{.name = json["name"], .start = json["start"] != 0, .set = {}, .reset = {}};
+  result.delay = json.value("delay", 0.0);
   const std::string kind = json["kind"];
   if (kind == "given") {
     result.kind = SwitchKind::kGiven;
@@ -152,6 +153,7 @@ void ChangeUnits(const std::vector<double>& state_units, const std::vector<doubl
     }
     scale(of.edges);
     scale(of.clock);
+    of.delay /= time_unit;
   }
   for (StateReset& reset : switching.resets) {
     scale(reset.times);

@@ -207,6 +207,60 @@ TEST(DiscreteLayerTest, FiguresHoldTheErrorsOfFlips) {
   }
 }
 
+// A comparator that turns its own control back by value has no state, with hysteresis or without; one that turns it by
+// x' alone chatters.
+TEST(DiscreteLayerTest, NoStateLastsIsNotChattering) {
+  for (const double off : {2.0, 1.5}) {
+    Problem problem = Switched(-1, 3, 0.5, 20, 0, 2, off);
+    problem.switching.H = Matrix::Constant(1, 1, -1);
+    const Solution fed_back = testing::SolveWith(problem, {});
+    EXPECT_EQ(fed_back.message.rfind("No state of switches lasts at t = 0.916291: S flips", 0), 0U) << fed_back.message;
+  }
+  const Solution relay = testing::SolveWith(Switched(-1, 3, 0.5, 20, -3, 2, 2), {});
+  EXPECT_EQ(relay.message.rfind("S chatters from t = 0.916291: S needs hysteresis", 0), 0U) << relay.message;
+}
+
+// x' = 1 - 2 s with a relay that is late: x swings between -delay and delay, with flips two delays apart.
+TEST(DiscreteLayerTest, ALateRelaySwings) {
+  constexpr double kDelay = 0.3;
+  for (const double tolerance : {1e-4, 1e-8}) {
+    Problem problem = Switched(0, 1, -1, 20, -2, 0, 0);
+    problem.switching.switches[0].delay = kDelay;
+    const Solution solution = testing::SolveAt(problem, tolerance);
+    ASSERT_TRUE(JudgeSolution(solution).success) << solution.message;
+    ASSERT_EQ(solution.flips.size(), 32U);
+    for (std::size_t k = 0; k < solution.flips.size(); ++k) {
+      const double time = 1 + kDelay * (2 * static_cast<double>(k) + 1);
+      EXPECT_NEAR(solution.flips[k].time, time, 1e-12) << k;
+      EXPECT_LE(std::abs(solution.flips[k].time - time), solution.flips[k].error) << k;
+      EXPECT_EQ(solution.flips[k].value, k % 2 == 0);
+    }
+    const double last = solution.flips.back().time;
+    EXPECT_NEAR(testing::LastState(solution)[0], -kDelay + 20 - last, 1e-12);
+  }
+}
+
+// Of pulses of a gate a late comparator follows those that last.
+TEST(DiscreteLayerTest, PulsesThatAreShorterThanADelayAreSwallowed) {
+  Problem problem;
+  problem.A = Matrix::Zero(1, 1);
+  problem.f = TimeFunction::Zero(1);
+  problem.x0 = Vector::Zero(1);
+  problem.horizon = 4;
+  Switching& switching = problem.switching;
+  switching.switches = {{.name = "G", .kind = SwitchKind::kGiven, .set = {}, .reset = {}, .edges = {1, 1.05, 2, 2.5}},
+                        {.name = "K", .set = {{0, 0.5}}, .reset = {{0, 0.5, true}}, .delay = 0.1}};
+  switching.F = (Matrix(1, 2) << 0, 1).finished();
+  switching.H = (Matrix(1, 2) << 1, 0).finished();
+  const Solution solution = testing::SolveForEnd(problem);
+  ASSERT_TRUE(JudgeSolution(solution).success) << solution.message;
+  EXPECT_EQ(
+      FlipsOf(problem, solution),
+      (std::vector<NamedFlip>{
+          {1, "G", true}, {1.05, "G", false}, {2, "G", true}, {2.1, "K", true}, {2.5, "G", false}, {2.6, "K", false}}));
+  EXPECT_NEAR(testing::LastState(solution)[0], 0.5, 1e-12);
+}
+
 // A pair beside a switch: y holds x at zero until the switch drives it up.
 TEST(DiscreteLayerTest, PairsAndSwitchesActOnEachOther) {
   Problem problem;
